@@ -1,0 +1,100 @@
+# `make preview` and `make test` need Python 3.11, Rust and make; each does the rest of its set-up, in build/.
+
+SCENE := examples/bunny.blend
+VENV := build/venv
+BIN := $(VENV)/bin
+PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
+
+ifndef PYTHON
+PYTHON := $(shell for name in python3.11 python3 python; do \
+	"$$name" -c 'import sys; sys.exit(sys.version_info[:2] != (3, 11))' 2>/dev/null && echo "$$name" && break; done)
+endif
+NO_PYTHON := This machine lacks Python 3.11. To install: (Debian 12) apt-get install python3.11 python3.11-venv; \
+	elsewhere https://www.python.org/downloads/, then make PYTHON=/path/to/python3.11
+
+# Folders too: a file that is gone changes nothing but its folder.
+NATIVE := rust-toolchain.toml native/Cargo.toml native/Cargo.lock \
+	$(shell find native/bih-core native/bih-python \( -name target -o -name __pycache__ \) -prune -o -print)
+
+.PHONY: help preview test lint types test-rust test-python package real-blender format lock clean machine test-machine
+.DELETE_ON_ERROR:
+.NOTPARALLEL:
+
+help:
+	@echo "make preview [SCENE=my.blend]  trace the scene to build/preview.png and .exr, its tree to build/overlay.png"
+	@echo "make test                      all checks and tests (lint, types, test-rust, test-python)"
+	@echo "make package                   the extension's zip, in build/"
+	@echo "make real-blender              a Blender for the tests, where none is installed (Debian, as root)"
+	@echo "make format                    format Python and Rust"
+	@echo "make lock                      requirements*.lock from requirements*.in"
+	@echo "make clean                     delete all that was built"
+
+preview: $(VENV)/.bihtree
+	@$(BIN)/python -m addon.blender.command_line render --scene "$(SCENE)" --output build/preview.png \
+		--output build/preview.exr --overlay build/overlay.png --stats build/preview.json
+
+test: lint types test-rust test-python
+
+lint: $(VENV)/.tests | test-machine
+	$(BIN)/ruff check --quiet .
+	$(BIN)/ruff format --quiet --check .
+	cd native && cargo fmt --check
+	cd native && cargo clippy --quiet --locked --all-targets -- --deny warnings
+
+types: $(VENV)/.tests $(VENV)/.bihtree
+	$(BIN)/mypy
+	$(BIN)/python -m mypy.stubtest bihtree
+
+test-rust: | test-machine
+	cd native && cargo test --quiet --locked --release
+
+# The tests say of themselves what they skip where there is no real Blender; with CI set they fail instead.
+test-python: $(VENV)/.tests $(VENV)/.bihtree
+	-@$(BIN)/python tools/real_blender.py > /dev/null
+	$(BIN)/python -m pytest --quiet tests
+
+package: $(VENV)/.tests
+	@$(BIN)/python tools/package.py
+
+real-blender: $(VENV)/.python
+	@$(BIN)/python tools/real_blender.py
+
+format: $(VENV)/.tests
+	$(BIN)/ruff check --quiet --fix .
+	$(BIN)/ruff format --quiet .
+	cd native && cargo fmt
+
+lock: $(VENV)/.tests
+	for name in requirements requirements-dev; do $(BIN)/uv pip compile --quiet --universal --python-version 3.11 \
+		--generate-hashes --no-annotate --custom-compile-command "make lock" --output-file $$name.lock $$name.in; done
+
+clean:
+	rm -rf build native/target
+
+machine:
+	@test -n "$(PYTHON)" || { echo "$(NO_PYTHON)" >&2; exit 1; }
+	@"$(PYTHON)" tools/check_machine.py
+
+test-machine:
+	@test -n "$(PYTHON)" || { echo "$(NO_PYTHON)" >&2; exit 1; }
+	@"$(PYTHON)" tools/check_machine.py --tests
+
+# Three steps of one environment, each marked when it is done: what a preview needs, what the tests need, bihtree.
+$(VENV)/.python: requirements.lock | machine
+	@echo "Installing Blender as a Python module and what it needs into $(VENV) (once; 400 MB)"
+	@"$(PYTHON)" -m venv $(VENV)
+	@$(PIP_INSTALL) --require-hashes --requirement requirements.lock
+	@touch $@
+
+$(VENV)/.tests: requirements-dev.lock $(VENV)/.python
+	@echo "Installing what the tests need into $(VENV)"
+	@$(PIP_INSTALL) --require-hashes --requirement requirements-dev.lock
+	@touch $@
+
+# The wheel is for this machine alone, so nobody need check what else it would run on.
+$(VENV)/.bihtree: $(NATIVE) $(VENV)/.python
+	@echo "Building bihtree"
+	@rm -rf build/wheels
+	@cd native/bih-python && ../../$(BIN)/maturin build --quiet --release --locked --auditwheel skip --out ../../build/wheels
+	@$(PIP_INSTALL) --no-deps --no-index --force-reinstall build/wheels/*.whl
+	@touch $@

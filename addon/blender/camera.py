@@ -1,0 +1,49 @@
+"""Blender's camera as one matrix."""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+
+from ..pipeline.camera import CameraView
+from ..pipeline.errors import UserError
+
+
+def camera_view(camera: bpy.types.Object, depsgraph: bpy.types.Depsgraph, width: int, height: int) -> CameraView:
+    """What `camera` sees in width x height pixels: shift, sensor fit, pixel aspect and orthographic included.
+
+    Any object may be a camera, as in Blender; its scale is left out. Raises UserError for a panoramic camera.
+    """
+    if camera.type == "CAMERA" and camera.data.type not in {"PERSP", "ORTHO"}:
+        raise UserError(
+            f"camera {camera.name!r} is panoramic, which is not supported. "
+            "Choose Perspective or Orthographic in the camera's Lens panel."
+        )
+    render = depsgraph.scene_eval.render
+    projection = np.array(
+        camera.calc_matrix_camera(
+            depsgraph, x=width, y=height, scale_x=render.pixel_aspect_x, scale_y=render.pixel_aspect_y
+        ),
+        np.float64,
+    )
+    clip_to_camera = np.linalg.inv(projection)
+    near = clip_to_camera @ (0.0, 0.0, -1.0, 1.0)
+    return CameraView(
+        clip_to_world=_without_scale(camera) @ clip_to_camera,
+        width=width,
+        height=height,
+        near=float(-near[2] / near[3]),
+        perspective=bool(projection[3, 3] == 0.0),
+    )
+
+
+def _without_scale(camera: bpy.types.Object) -> np.ndarray:
+    matrix = np.array(camera.matrix_world, np.float64)
+    lengths = np.linalg.norm(matrix[:3, :3], axis=0)
+    if not (np.isfinite(matrix).all() and lengths.all()):
+        raise UserError(
+            f"camera {camera.name!r}: its transform is singular, NaN or infinite. "
+            "Apply its scale (Object > Apply > Scale), or clear its transform."
+        )
+    matrix[:3, :3] /= lengths
+    return matrix

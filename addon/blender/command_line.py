@@ -1,0 +1,123 @@
+"""`blender --command bih render …`, and the same under the bpy wheel: `python -m addon.blender.command_line render …`."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from argparse import ArgumentParser, ArgumentTypeError, Namespace
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NoReturn
+
+from ..pipeline.errors import UserError
+from ..pipeline.settings import PASSES, Settings
+from . import modules
+
+LARGEST_SIDE = 65536
+LAST_FRAME = 1048574  # Blender's own limit
+
+
+def execute(argv: Sequence[str]) -> int:
+    """Run one command; the exit status: 0 done, 1 an error, 2 wrong usage, 130 interrupted.
+
+    An error is one line on standard error. No file is left half written.
+    """
+    # Blender's own handler would take Ctrl-C for itself
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        _render(_parser().parse_args(list(argv)))
+    except UserError as error:
+        print(f"bih: {' '.join(str(error).split())}", file=sys.stderr)
+        return error.exit_status
+    except MemoryError:
+        print("bih: not enough memory; choose a smaller --size, or a smaller scene", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print("bih: interrupted", file=sys.stderr)
+        return 130
+    except SystemExit as stop:  # argparse after --help
+        return int(stop.code or 0)
+    return 0
+
+
+def _render(arguments: Namespace) -> None:
+    chosen = {
+        name: value
+        for name in ("passes", "samples", "threads", "overlay_depth")
+        if (value := getattr(arguments, name)) is not None
+    }
+    Settings(**chosen)  # a wrong value is found before any file is opened
+    modules.require("numpy", "bihtree")
+    from ..pipeline.preview import Outputs
+    from . import job
+
+    size = tuple(arguments.size) if arguments.size else None
+    source = job.Source(arguments.scene, arguments.mesh, arguments.frame, size)
+    outputs = Outputs(tuple(arguments.output), arguments.overlay, arguments.stats)
+    for line in job.run(source, chosen, outputs):
+        print(line)
+
+
+class _Parser(ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        raise UserError(f"{message} (--help says what there is)", exit_status=2)
+
+
+def _parser() -> ArgumentParser:
+    parser = _Parser(prog="bih", description="Trace a picture by a Bounding Interval Hierarchy.")
+    commands = parser.add_subparsers(required=True, metavar="render")
+    render = commands.add_parser("render", help="trace one picture of a scene or a mesh")
+    source = render.add_mutually_exclusive_group(required=True)
+    source.add_argument("--scene", type=Path, metavar="FILE.blend", help="the scene, seen by its active camera")
+    source.add_argument(
+        "--mesh", type=Path, metavar="FILE", help="a mesh instead: .npz, or what Blender's importers read; Z is up"
+    )
+    render.add_argument(
+        "--output",
+        type=Path,
+        action="append",
+        required=True,
+        metavar="IMAGE",
+        help="the picture; .exr holds every pass. May be given more than once",
+    )
+    render.add_argument("--overlay", type=Path, metavar="IMAGE", help="the tree's boxes and planes over the picture")
+    render.add_argument("--stats", type=Path, metavar="FILE.json", help="counts, times and sizes")
+    render.add_argument("--frame", type=_frame, metavar="N", help="frame to render (the scene's current one)")
+    render.add_argument(
+        "--size",
+        type=_side,
+        nargs=2,
+        metavar=("W", "H"),
+        help="pixels (the scene's own; 1280 720 for a mesh)",
+    )
+    render.add_argument("--passes", type=_names, metavar="A,B,…", help=f"of {', '.join(PASSES)} (the scene's choice)")
+    render.add_argument("--overlay-depth", type=int, metavar="N", help="deepest level that the overlay shows")
+    render.add_argument("--samples", type=int, metavar="N", help="rays a pixel")
+    render.add_argument("--threads", type=int, metavar="N", help="threads to use (0, all)")
+    return parser
+
+
+def _names(text: str) -> tuple[str, ...]:
+    return tuple(name.strip() for name in text.split(",") if name.strip())
+
+
+def _side(text: str) -> int:
+    return _integer(text, 1, LARGEST_SIDE)
+
+
+def _frame(text: str) -> int:
+    return _integer(text, -LAST_FRAME, LAST_FRAME)
+
+
+def _integer(text: str, least: int, most: int) -> int:
+    try:
+        value = int(text)
+    except ValueError:
+        raise ArgumentTypeError(f"{text!r} is not a whole number") from None
+    if not least <= value <= most:
+        raise ArgumentTypeError(f"{value} is not from {least} to {most}")
+    return value
+
+
+if __name__ == "__main__":
+    sys.exit(execute(sys.argv[1:]))

@@ -1,0 +1,72 @@
+"""One command's work: a file in, pictures and a report out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..pipeline import preview
+from ..pipeline.camera import framing_view
+from ..pipeline.errors import UserError
+from ..pipeline.mesh import read_npz
+from ..pipeline.scene import SceneData
+from ..pipeline.settings import Settings
+from . import modules
+
+DEFAULT_SIZE = (1280, 720)
+
+
+@dataclass(frozen=True)
+class Source:
+    """A .blend or a mesh file; `frame` and `size` (pixels) in place of the scene's own."""
+
+    scene: Path | None
+    mesh: Path | None
+    frame: int | None = None
+    size: tuple[int, int] | None = None
+
+
+def run(source: Source, chosen: Mapping[str, Any], outputs: preview.Outputs) -> list[str]:
+    """Trace `source` and write `outputs`; `chosen` replaces fields of the settings that the scene was saved with.
+
+    Returns the lines to print. Raises UserError; then no file is written.
+    """
+    preview.check_outputs(outputs)
+    scene, settings, seconds = _read(source)
+    settings = replace(settings, **chosen)
+    traced = preview.trace(scene, settings, export_seconds=seconds, progress=_go_on)
+    preview.write(traced, scene, settings, outputs, progress=_go_on)
+    return [*preview.summary(traced.report), *(f"not as in Blender: {what}" for what in scene.skipped)]
+
+
+def _read(source: Source) -> tuple[SceneData, Settings, float]:
+    width, height = source.size or DEFAULT_SIZE
+    if source.mesh and source.mesh.suffix.lower() == ".npz":
+        return _read_npz(source.mesh, width, height), Settings(), 0.0
+    modules.require("bpy")
+    from . import registration, scene_file
+
+    with registration.registered():
+        if source.mesh:
+            scene, seconds = scene_file.read_mesh_file(source.mesh, width, height)
+            return scene, Settings(), seconds
+        assert source.scene
+        return scene_file.read_blend(source.scene, frame=source.frame, size=source.size)
+
+
+def _read_npz(path: Path, width: int, height: int) -> SceneData:
+    mesh = read_npz(path)
+    mesh.check_finite()
+    if not len(mesh.triangles):
+        raise UserError(f"{path}: no triangles in it")
+    used = mesh.vertices[mesh.triangles].reshape(-1, 3)
+    view = framing_view(np.stack([used.min(axis=0), used.max(axis=0)]), width, height)
+    return SceneData.of_mesh(mesh, view)
+
+
+def _go_on(stage: str, fraction: float) -> None:
+    """Python runs in here while the native code works, and so Ctrl-C arrives."""

@@ -1,0 +1,45 @@
+"""The panel in the Render properties, and Blender's own panels that the engine needs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import bpy
+
+from . import modules
+from .engine import BihPreviewEngine
+
+
+class RENDER_PT_bih(bpy.types.Panel):
+    bl_label = "BIH Preview"
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "render"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return context.engine == BihPreviewEngine.bl_idname
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout = self.layout
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        if missing := modules.why_missing("bihtree"):
+            layout.label(text=f"Cannot render: {missing}", icon="ERROR")
+        chosen = context.scene.bih
+        for name in ("structure", "precision", "leaf_size", "samples", "shadows", "overlay_depth"):
+            layout.prop(chosen, name)
+        layout.column().prop(chosen, "passes")
+        row = layout.row()
+        row.enabled = not missing
+        row.operator("render.render", text="Render", icon="RENDER_STILL")
+        summary = layout.column(align=True)
+        for line in BihPreviewEngine.last_summary:
+            summary.label(text=line)
+
+
+def panels_of_any_engine() -> Iterator[type[bpy.types.Panel]]:
+    """Blender's panels for size, output, camera, lights and the like: those that its first, plain engine had."""
+    for panel in bpy.types.Panel.__subclasses__():
+        if "BLENDER_RENDER" in getattr(panel, "COMPAT_ENGINES", ()):
+            yield panel

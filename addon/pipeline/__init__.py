@@ -1,0 +1,1 @@
+"""The main job without Blender: scene data in, pictures and a report out."""

@@ -1,0 +1,231 @@
+"""The main job: a scene and settings in; passes, files and a report out."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import bihtree
+import numpy as np
+from numpy.typing import NDArray
+
+from . import image, needs, overlay_picture
+from .camera import CameraView
+from .errors import UserError
+from .files import check_target, written_beside
+from .scene import SceneData
+from .settings import Settings
+
+Progress = Callable[[str, float], bool | None]
+"""Gets a stage ("build", "trace", "overlay" or "write") and how much of it is done, 0 to 1; cancels by returning False."""
+
+
+@dataclass(frozen=True)
+class Outputs:
+    """Files to write: .exr gets every pass of the settings, any other image the combined pass."""
+
+    images: tuple[Path, ...] = ()
+    overlay: Path | None = None
+    stats: Path | None = None
+
+    @property
+    def paths(self) -> tuple[Path, ...]:
+        return self.images + tuple(path for path in (self.overlay, self.stats) if path)
+
+
+@dataclass(frozen=True)
+class Preview:
+    """Passes by name, (H, W, C) with the first row at the bottom: those of the settings, combined and depth. The
+    report holds plain JSON values: times in seconds, sizes in bytes."""
+
+    passes: dict[str, NDArray[Any]]
+    tree: bihtree.Tree
+    report: dict[str, object]
+
+
+def check_outputs(outputs: Outputs) -> None:
+    """Raise UserError for a file that could not be written, before any work is done."""
+    paths = [path.resolve() for path in outputs.paths]
+    for number, path in enumerate(paths):
+        check_target(path)
+        if path in paths[:number]:
+            raise UserError(f"two outputs have the name {path}; give each its own", exit_status=2)
+    for path in outputs.images:
+        image.check_format(path)
+    if outputs.overlay:
+        image.check_format(outputs.overlay, kinds=image.EIGHT_BIT)
+
+
+def trace(
+    scene: SceneData, settings: Settings, *, export_seconds: float = 0.0, progress: Progress | None = None
+) -> Preview:
+    """Build the tree once and trace the picture.
+
+    Raises UserError for a scene without a camera or triangles, or with a vertex that is not finite, and
+    bihtree.Cancelled where `progress` returns False.
+    """
+    view = _camera_of(scene)
+    _check_geometry(scene)
+    started = perf_counter()
+    vertices, triangles = scene.flatten()
+    flatten_seconds = perf_counter() - started
+    tree = bihtree.Tree(
+        vertices,
+        triangles,
+        structure=settings.structure,
+        precision=settings.precision,
+        leaf_size=settings.leaf_size,
+        threads=settings.threads,
+        copy=False,
+        progress=_stage(progress, "build"),
+    )
+    # The plain pictures and the overlay are made of these two, whatever passes were asked for.
+    traced = tuple(dict.fromkeys((*settings.passes, "combined", "depth")))
+    started = perf_counter()
+    passes = bihtree.render(
+        tree,
+        bihtree.Camera(view.clip_to_world, view.width, view.height),
+        passes=traced,
+        samples=settings.samples,
+        seed=settings.seed,
+        shadows=settings.shadows,
+        lights=scene.lights,
+        progress=_stage(progress, "trace"),
+    )
+    trace_seconds = perf_counter() - started
+    if not view.perspective:
+        passes["depth"] = passes["depth"] + np.float32(view.near)
+    rays = view.width * view.height * settings.samples
+    stats = tree.stats
+    report: dict[str, object] = {
+        "scene": scene.name,
+        "width": view.width,
+        "height": view.height,
+        "samples": settings.samples,
+        "threads": settings.threads or _cores(),
+        "structure": stats.structure,
+        "layout": stats.layout,
+        "precision": stats.precision,
+        "meshes": len(scene.meshes),
+        "instances": len(scene.instance_mesh),
+        "vertices": len(vertices),
+        "triangles": stats.triangles,
+        "rejected": stats.rejected,
+        "nodes": stats.nodes,
+        "leaves": stats.leaves,
+        "depth": stats.depth,
+        "tree_bytes": stats.tree_bytes,
+        "bound_bytes": stats.bound_bytes,
+        "bytes_per_triangle": stats.tree_bytes / stats.triangles,
+        "peak_build_bytes": stats.peak_build_bytes,
+        "export_seconds": export_seconds,
+        "flatten_seconds": flatten_seconds,
+        "build_seconds": stats.build_seconds,
+        "trace_seconds": trace_seconds,
+        "primary_rays": rays,
+        "rays_per_second": rays / trace_seconds,
+        "left_out": {**stats.left_out, **needs.left_out(scene, settings, traced)},
+        "skipped": list(scene.skipped),
+        "versions": {"bihtree": bihtree.__version__, "numpy": np.__version__, "python": platform.python_version()},
+    }
+    if hasattr(bihtree, "cpu_features"):
+        report["cpu_features"] = bihtree.cpu_features()
+    return Preview(passes, tree, report)
+
+
+def write(
+    preview: Preview, scene: SceneData, settings: Settings, outputs: Outputs, *, progress: Progress | None = None
+) -> None:
+    """Write all files of `outputs`, or none: they get their names when the last one is finished.
+
+    Raises UserError where a file cannot be written, and bihtree.Cancelled where `progress` returns False.
+    """
+    check_outputs(outputs)
+    overlay = None
+    if outputs.overlay:
+        _tell(progress, "overlay", 0.0)
+        overlay = _overlay(preview, scene, settings)
+        _tell(progress, "overlay", 1.0)
+    with ExitStack() as stack:
+        for number, path in enumerate(outputs.paths):
+            _tell(progress, "write", number / len(outputs.paths))
+            beside = stack.enter_context(written_beside(path))
+            if overlay is not None and path == outputs.overlay:
+                image.write_srgb8(beside, overlay)
+            elif path == outputs.stats:
+                beside.write_text(_json(preview.report), encoding="utf-8")
+            elif path.suffix.lower() in image.MULTILAYER:
+                image.write_passes(beside, {name: preview.passes[name] for name in settings.passes})
+            else:
+                image.write_picture(beside, preview.passes["combined"])
+        _tell(progress, "write", 1.0)
+
+
+def summary(report: Mapping[str, Any]) -> list[str]:
+    """The report in five lines for a person, and one more where triangles were rejected."""
+    lines = [
+        f"export {report['export_seconds']:9.3f} s   {report['meshes']:,} meshes, {report['instances']:,} instances",
+        f"build  {report['build_seconds']:9.3f} s   {report['triangles']:,} triangles, {report['nodes']:,} nodes",
+        f"trace  {report['trace_seconds']:9.3f} s   {report['width']:,} x {report['height']:,} pixels",
+        f"tree   {report['bytes_per_triangle']:9.1f} bytes a triangle",
+        f"rays   {report['rays_per_second']:9,.0f} a second, counting those from the camera",
+    ]
+    if report["rejected"]:
+        lines.append(f"{report['rejected']:,} triangles have no area and are not in the picture")
+    return lines
+
+
+def _camera_of(scene: SceneData) -> CameraView:
+    if scene.camera is None:
+        raise UserError(f"scene {scene.name!r} has no camera: add one and make it the scene's active camera")
+    return scene.camera
+
+
+def _check_geometry(scene: SceneData) -> None:
+    if not scene.triangle_count:
+        why = f" ({'; '.join(scene.skipped)})" if scene.skipped else ""
+        what = "no mesh" if not len(scene.instance_mesh) else "no triangles"
+        raise UserError(
+            f"scene {scene.name!r} has {what} to trace{why}: add an object with faces, or show a hidden one in renders"
+        )
+    for row in np.unique(scene.instance_mesh):
+        scene.meshes[row].check_finite()
+
+
+def _overlay(preview: Preview, scene: SceneData, settings: Settings) -> NDArray[np.uint8]:
+    depth = settings.overlay_depth
+    return overlay_picture.draw_overlay(
+        preview.passes["combined"],
+        preview.passes["depth"],
+        preview.tree.nodes(max_depth=depth),
+        _camera_of(scene),
+        depth,
+        caption={name: str(preview.report[name]) for name in ("scene", "triangles", "nodes", "leaves")},
+    )
+
+
+def _json(report: Mapping[str, Any]) -> str:
+    versions = {**report["versions"], "OpenImageIO": image.version()}
+    return json.dumps({**report, "versions": versions}, indent=2, allow_nan=False) + "\n"
+
+
+def _stage(progress: Progress | None, stage: str) -> Callable[[float], bool | None] | None:
+    return None if progress is None else partial(progress, stage)
+
+
+def _tell(progress: Progress | None, stage: str, fraction: float) -> None:
+    if progress is not None and progress(stage, fraction) is False:
+        raise bihtree.Cancelled("cancelled")
+
+
+def _cores() -> int:
+    affinity = getattr(os, "sched_getaffinity", None)
+    return len(affinity(0)) if affinity else os.cpu_count() or 1

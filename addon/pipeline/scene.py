@@ -1,0 +1,82 @@
+"""A scene as plain arrays: what the export makes and everything else reads."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .camera import CameraView
+from .errors import UserError
+from .mesh import Mesh
+
+LIGHT_DTYPE = np.dtype([("kind", "u1"), ("position", "f8", 3), ("direction", "f8", 3), ("colour", "f4", 3)])
+"""One light, as `bihtree.render(lights=…)` takes it: kind 0 a sun (irradiance `colour` in W/m², shining along
+`direction`), 1 a point light (`colour` in W, at `position`)."""
+
+SUN, POINT = 0, 1
+
+
+@dataclass(frozen=True)
+class SceneData:
+    """Meshes in object space, and instances of them: row i shows meshes[instance_mesh[i]] through
+    instance_matrix[i] (4, 4) float64, object to world. `skipped` names what has no triangles to trace, and why."""
+
+    meshes: Sequence[Mesh]
+    instance_mesh: NDArray[np.int32]
+    instance_matrix: NDArray[np.float64]
+    name: str = "scene"
+    camera: CameraView | None = None
+    lights: NDArray[np.void] = field(default_factory=lambda: np.zeros(0, LIGHT_DTYPE))
+    skipped: Sequence[str] = ()
+
+    @classmethod
+    def of_mesh(cls, mesh: Mesh, camera: CameraView | None = None) -> SceneData:
+        return cls([mesh], np.zeros(1, np.int32), np.eye(4)[None], mesh.name, camera)
+
+    @property
+    def triangle_count(self) -> int:
+        return sum(len(self.meshes[m].triangles) for m in self.instance_mesh)
+
+    @property
+    def moves(self) -> bool:
+        """Whether any instance's matrix is not the identity."""
+        return not bool((self.instance_matrix == np.eye(4)).all())
+
+    def flatten(self) -> tuple[NDArray[np.floating[Any]], NDArray[np.int32]]:
+        """World-space vertices (V, 3) and triangles (T, 3) of all instances, in their order.
+
+        float64 where a mesh is float64, else float32: each vertex is transformed in float64, to the same bits on
+        every machine, and rounded once. One mesh that is not moved is returned as it is, not copied.
+        Raises UserError naming the object whose matrix makes a vertex NaN or infinite.
+        """
+        shown = [self.meshes[m] for m in self.instance_mesh]
+        if not shown:
+            return np.zeros((0, 3), np.float32), np.zeros((0, 3), np.int32)
+        if len(shown) == 1 and not self.moves:
+            return shown[0].vertices, shown[0].triangles
+        dtype = np.result_type(np.float32, *{mesh.vertices.dtype for mesh in shown})
+        starts = np.cumsum([0] + [len(mesh.vertices) for mesh in shown])
+        vertices = np.empty((starts[-1], 3), dtype)
+        for mesh, matrix, start in zip(shown, self.instance_matrix, starts, strict=False):
+            part = vertices[start : start + len(mesh.vertices)]
+            if np.array_equal(matrix, np.eye(4)):
+                part[:] = mesh.vertices
+                continue
+            with np.errstate(over="ignore", invalid="ignore"):
+                # Not a matrix product: BLAS rounds differently from one processor to the next.
+                x, y, z = mesh.vertices.astype(np.float64).T[:, :, None]
+                part[:] = x * matrix[:3, 0] + y * matrix[:3, 1] + z * matrix[:3, 2] + matrix[:3, 3]
+            if not np.isfinite(part).all():
+                row = int(np.argmin(np.isfinite(part).all(axis=1)))
+                raise UserError(
+                    f"object {mesh.name!r}: its transform takes vertex {row} beyond {dtype.name}; "
+                    "make the object's scale and location finite and smaller, or hide it from renders"
+                )
+        triangles = np.concatenate(
+            [mesh.triangles + np.int32(start) for mesh, start in zip(shown, starts, strict=False)]
+        )
+        return vertices, triangles

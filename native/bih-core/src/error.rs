@@ -1,0 +1,43 @@
+//! What can go wrong in the core.
+
+use crate::control::Cancelled;
+
+/// An error of construction or validation; its text names the argument, the row and the value.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Error {
+    /// A triangle refers to a vertex that is not there.
+    #[error("triangles: row {row} refers to vertex {vertex}, but there are {vertices} vertices")]
+    VertexOutOfRange {
+        /// Row of the triangle.
+        row: usize,
+        /// The vertex it names.
+        vertex: u32,
+        /// How many vertices there are.
+        vertices: usize,
+    },
+    /// A soup needs three vertices a triangle.
+    #[error("vertices: {vertices} rows without triangles; each three rows are one triangle")]
+    RaggedSoup {
+        /// How many vertices were given.
+        vertices: usize,
+    },
+    /// More triangles than a child index of 30 bits can address.
+    #[error("triangles: {triangles} rows; one tree holds at most {limit}")]
+    TooManyTriangles {
+        /// How many were given.
+        triangles: usize,
+        /// The most one tree can hold.
+        limit: usize,
+    },
+    /// A tree that breaks one of its own rules.
+    #[error("node {node}: {problem}")]
+    Broken {
+        /// The first broken node.
+        node: usize,
+        /// What is wrong with it.
+        problem: String,
+    },
+    /// The caller asked to stop.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}

@@ -1,0 +1,34 @@
+//! Rays.
+
+use super::Vector;
+
+/// A ray and the interval of it that counts: a hit has `t_min <= t <= t_max`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ray {
+    /// Where it starts.
+    pub origin: Vector,
+    /// Where it goes; need not be of unit length, `t` is in units of its length.
+    pub direction: Vector,
+    /// The first `t` that counts; may be negative infinity.
+    pub t_min: f64,
+    /// The last `t` that counts; may be infinity.
+    pub t_max: f64,
+}
+
+impl Ray {
+    /// The whole half-line from `origin` along `direction`.
+    pub fn new(origin: Vector, direction: Vector) -> Self {
+        Self { origin, direction, t_min: 0.0, t_max: f64::INFINITY }
+    }
+
+    /// Whether an answer can be given: no NaN, a finite origin, a finite direction that is not zero, and an interval
+    /// that holds at least one finite end.
+    pub fn is_valid(&self) -> bool {
+        let finite = |v: &Vector| v.iter().all(|x| x.is_finite());
+        finite(&self.origin)
+            && finite(&self.direction)
+            && self.direction.iter().any(|&x| x != 0.0)
+            && self.t_min < f64::INFINITY
+            && self.t_max > f64::NEG_INFINITY
+    }
+}

@@ -1,0 +1,202 @@
+//! Exact decisions: every finite double is a whole number times a power of two, so sums and products of them are too.
+//!
+//! Slow and rare: what the filters of `watertight` and `distance` leave over comes here.
+
+use std::cmp::Ordering;
+
+use num_bigint::{BigInt, Sign};
+
+use crate::geometry::{Corners, Vector};
+
+/// mantissa · 2^exponent
+#[derive(Debug, Clone)]
+pub struct Dyadic {
+    mantissa: BigInt,
+    exponent: i64,
+}
+
+type Point = [Dyadic; 3];
+
+impl Dyadic {
+    pub fn new(x: f64) -> Self {
+        debug_assert!(x.is_finite());
+        let bits = x.to_bits();
+        let biased = (bits >> 52 & 0x7ff) as i64;
+        let fraction = (bits & ((1 << 52) - 1)) as i64;
+        // Subnormals have no hidden bit and the exponent of the smallest normals.
+        let magnitude = if biased == 0 { fraction } else { fraction | 1 << 52 };
+        let mantissa = BigInt::from(if x.is_sign_negative() { -magnitude } else { magnitude });
+        Self { mantissa, exponent: biased.max(1) - 1075 }
+    }
+
+    fn combine(&self, other: &Self, join: impl Fn(BigInt, BigInt) -> BigInt) -> Self {
+        let exponent = self.exponent.min(other.exponent);
+        let aligned = |x: &Self| &x.mantissa << (x.exponent - exponent) as u64;
+        Self { mantissa: join(aligned(self), aligned(other)), exponent }
+    }
+
+    fn plus(&self, other: &Self) -> Self {
+        self.combine(other, |a, b| a + b)
+    }
+
+    fn minus(&self, other: &Self) -> Self {
+        self.combine(other, |a, b| a - b)
+    }
+
+    fn times(&self, other: &Self) -> Self {
+        Self { mantissa: &self.mantissa * &other.mantissa, exponent: self.exponent + other.exponent }
+    }
+
+    fn sign(&self) -> Ordering {
+        match self.mantissa.sign() {
+            Sign::Minus => Ordering::Less,
+            Sign::NoSign => Ordering::Equal,
+            Sign::Plus => Ordering::Greater,
+        }
+    }
+}
+
+fn point(v: &Vector) -> Point {
+    v.map(Dyadic::new)
+}
+
+fn difference(a: &Point, b: &Point) -> Point {
+    std::array::from_fn(|i| a[i].minus(&b[i]))
+}
+
+fn cross(a: &Point, b: &Point) -> Point {
+    std::array::from_fn(|i| {
+        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+        a[j].times(&b[k]).minus(&a[k].times(&b[j]))
+    })
+}
+
+fn dot(a: &Point, b: &Point) -> Dyadic {
+    a[0].times(&b[0]).plus(&a[1].times(&b[1])).plus(&a[2].times(&b[2]))
+}
+
+/// Edge values of a triangle seen from a ray: each is the signed volume of the ray's direction and one edge, opposite
+/// to the vertex of the same number.
+pub fn edges(corners: &Corners, origin: &Vector, direction: &Vector) -> [Dyadic; 3] {
+    let origin = point(origin);
+    let direction = point(direction);
+    let [a, b, c] = corners.map(|corner| difference(&point(&corner), &origin));
+    [dot(&direction, &cross(&b, &c)), dot(&direction, &cross(&c, &a)), dot(&direction, &cross(&a, &b))]
+}
+
+/// Whether the line of the ray meets the closed triangle: all edge values of one sign or zero, and not all zero.
+pub fn is_inside(corners: &Corners, origin: &Vector, direction: &Vector) -> bool {
+    let signs = edges(corners, origin, direction).map(|edge| edge.sign());
+    let none = |sign| signs.iter().all(|&s| s != sign);
+    (none(Ordering::Less) || none(Ordering::Greater)) && signs.iter().any(|&s| s != Ordering::Equal)
+}
+
+/// Whether the three corners lie on a line.
+pub fn is_degenerate(corners: &Corners) -> bool {
+    let [a, b, c] = corners.map(|corner| point(&corner));
+    cross(&difference(&b, &a), &difference(&c, &a)).iter().all(|x| x.sign() == Ordering::Equal)
+}
+
+/// A quotient of two dyadic numbers with a positive divisor.
+#[derive(Debug, Clone)]
+pub struct Fraction {
+    numerator: Dyadic,
+    denominator: Dyadic,
+}
+
+impl Fraction {
+    fn new(mut numerator: Dyadic, mut denominator: Dyadic) -> Self {
+        debug_assert!(denominator.sign() != Ordering::Equal);
+        if denominator.sign() == Ordering::Less {
+            numerator.mantissa = -numerator.mantissa;
+            denominator.mantissa = -denominator.mantissa;
+        }
+        Self { numerator, denominator }
+    }
+
+    /// Where the ray meets the plane of a triangle that it is not parallel to.
+    pub fn distance(corners: &Corners, origin: &Vector, direction: &Vector) -> Self {
+        let [a, b, c] = corners.map(|corner| point(&corner));
+        let normal = cross(&difference(&b, &a), &difference(&c, &a));
+        Self::new(dot(&normal, &difference(&a, &point(origin))), dot(&normal, &point(direction)))
+    }
+
+    /// Barycentric weights of the second and third vertex where the ray meets the triangle.
+    pub fn weights(corners: &Corners, origin: &Vector, direction: &Vector) -> [Self; 2] {
+        let [e0, e1, e2] = edges(corners, origin, direction);
+        let sum = e0.plus(&e1).plus(&e2);
+        [Self::new(e1, sum.clone()), Self::new(e2, sum)]
+    }
+
+    pub fn compare(&self, other: &Self) -> Ordering {
+        self.numerator.times(&other.denominator).minus(&other.numerator.times(&self.denominator)).sign()
+    }
+
+    /// Against a double; infinities compare as they should.
+    pub fn compare_with(&self, x: f64) -> Ordering {
+        if x.is_infinite() {
+            return if x > 0.0 { Ordering::Less } else { Ordering::Greater };
+        }
+        self.numerator.minus(&self.denominator.times(&Dyadic::new(x))).sign()
+    }
+
+    /// The nearest double, with the largest finite one for all beyond it.
+    pub fn to_f64(&self) -> f64 {
+        const BITS: i64 = 64;
+        let (above, below) = (&self.numerator.mantissa, &self.denominator.mantissa);
+        let shift = BITS + 1 + below.bits() as i64 - above.bits() as i64;
+        let above = above.magnitude() << shift.max(0) as u64;
+        let below = below.magnitude() << (-shift).max(0) as u64;
+        let quotient = &above / &below;
+        let inexact = &quotient * &below != above;
+        // The quotient has 65 or 66 bits: the upper 64 of them with what follows folded into the last round as one.
+        let extra = quotient.bits().saturating_sub(BITS as u64);
+        let head = (&quotient >> extra).iter_u64_digits().next().unwrap_or(0);
+        let lost = inexact || (&quotient >> extra << extra) != quotient;
+        let exponent = self.numerator.exponent - self.denominator.exponent - shift + extra as i64;
+        let magnitude = scale((head | u64::from(lost)) as f64, exponent).min(f64::MAX);
+        if self.numerator.sign() == Ordering::Less { -magnitude } else { magnitude }
+    }
+}
+
+/// x · 2^exponent in steps that stay in range.
+fn scale(mut x: f64, mut exponent: i64) -> f64 {
+    while exponent != 0 && x != 0.0 && x.is_finite() {
+        let step = exponent.clamp(-1000, 1000);
+        x *= 2f64.powi(step as i32);
+        exponent -= step;
+    }
+    x
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn doubles_survive_the_round_trip() {
+        for x in [0.0, 1.0, -1.5, 0.1, 1e300, -1e-300, f64::MIN_POSITIVE / 64.0, f64::MAX, 5e-324] {
+            let fraction = Fraction::new(Dyadic::new(x), Dyadic::new(1.0));
+            assert_eq!(fraction.to_f64(), x);
+            assert_eq!(fraction.compare_with(x), Ordering::Equal);
+        }
+    }
+
+    #[test]
+    fn quotients_round_to_the_nearest_double() {
+        for (a, b) in [(1.0, 3.0), (-2.0, 7.0), (1e200, 3e-100), (0.1, 0.3), (5.0, 1e-20), (1.0, f64::MAX)] {
+            let fraction = Fraction::new(Dyadic::new(a), Dyadic::new(b));
+            assert_eq!(fraction.to_f64(), a / b, "{a} / {b}");
+        }
+        let beyond = Fraction::new(Dyadic::new(1e200), Dyadic::new(1e-200));
+        assert_eq!(beyond.to_f64(), f64::MAX);
+        assert_eq!(beyond.compare_with(f64::INFINITY), Ordering::Less);
+    }
+
+    #[test]
+    fn one_third_lies_between_its_neighbours() {
+        let third = Fraction::new(Dyadic::new(-1.0), Dyadic::new(-3.0));
+        assert_eq!(third.compare_with((1.0f64 / 3.0).next_down()), Ordering::Greater);
+        assert_eq!(third.compare_with((1.0f64 / 3.0).next_up()), Ordering::Less);
+    }
+}

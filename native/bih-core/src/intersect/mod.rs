@@ -1,0 +1,11 @@
+//! Ray against triangle: decided in double precision where a proven bound allows, in whole numbers where not.
+
+mod distance;
+mod exact;
+mod watertight;
+
+pub use distance::{Distance, weights};
+pub use watertight::{RayTest, has_no_area};
+
+/// Half a unit in the last place of 1: the largest relative error of one rounding in double precision.
+pub(crate) const EPSILON: f64 = f64::EPSILON / 2.0;

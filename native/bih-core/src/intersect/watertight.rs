@@ -1,0 +1,127 @@
+//! Hit or miss, without a gap between triangles that share an edge or a vertex, and without a false hit.
+//!
+//! The test is on the signs of the three edge values d · (b × c), d · (c × a), d · (a × b) of the corners a, b, c taken
+//! relative to the origin of the ray. They are computed in double precision; where rounding could have changed a sign
+//! that matters, whole numbers decide. docs/accuracy.md derives the bounds.
+
+use super::{EPSILON, exact};
+use crate::geometry::{Bounds, Corners, Ray, Vector, cross, dot, subtract};
+
+/// Products of three numbers of at most twice this size do not overflow.
+const LARGEST: f64 = 1e90;
+/// More than the roundings of subnormal products can add up to while every factor is below `LARGEST`.
+pub(super) const UNDERFLOW: f64 = 1e-200;
+
+/// A ray, prepared for tests against the triangles within some bounds.
+#[derive(Debug, Clone, Copy)]
+pub struct RayTest {
+    pub(super) origin: Vector,
+    pub(super) direction: Vector,
+    /// No edge value of a triangle within the bounds is further than this from its true value.
+    edge_error: f64,
+}
+
+impl RayTest {
+    /// `bounds` must hold every triangle that will be tested.
+    pub fn new(ray: &Ray, bounds: &Bounds) -> Self {
+        let reach: Vector = std::array::from_fn(|axis| {
+            let to = |x: f32| (f64::from(x) - ray.origin[axis]).abs();
+            to(bounds.lower[axis]).max(to(bounds.upper[axis]))
+        });
+        let [x, y, z] = reach;
+        let [dx, dy, dz] = ray.direction.map(f64::abs);
+        // Seven roundings reach an edge value, on at most twice this sum; the rest covers those made here.
+        let error = 18.0 * EPSILON * (dx * y * z + dy * x * z + dz * x * y) + UNDERFLOW;
+        let in_range = [x, y, z, dx, dy, dz].iter().all(|&value| value < LARGEST);
+        let edge_error = if in_range { error } else { f64::INFINITY };
+        Self { origin: ray.origin, direction: ray.direction, edge_error }
+    }
+
+    /// Whether double precision holds all products of this ray and the triangles within the bounds.
+    pub(super) fn is_in_range(&self) -> bool {
+        self.edge_error < f64::INFINITY
+    }
+
+    /// The edge values, each within `edge_error` of the truth. Their sum is the denominator of `t`.
+    #[inline(always)]
+    fn edges(&self, corners: &Corners) -> [f64; 3] {
+        let a = subtract(&corners[0], &self.origin);
+        let b = subtract(&corners[1], &self.origin);
+        let c = subtract(&corners[2], &self.origin);
+        let d = &self.direction;
+        [dot(d, &cross(&b, &c)), dot(d, &cross(&c, &a)), dot(d, &cross(&a, &b))]
+    }
+
+    /// Whether the line of the ray meets the closed triangle; exact.
+    #[inline(always)]
+    pub fn is_inside(&self, corners: &Corners) -> bool {
+        let edges = self.edges(corners);
+        let error = self.edge_error;
+        let least = edges[0].min(edges[1]).min(edges[2]);
+        let most = edges[0].max(edges[1]).max(edges[2]);
+        if least < -error && most > error {
+            return false;
+        }
+        if edges.iter().all(|&edge| edge > error) || edges.iter().all(|&edge| edge < -error) {
+            return true;
+        }
+        self.is_inside_exactly(corners)
+    }
+
+    #[cold]
+    fn is_inside_exactly(&self, corners: &Corners) -> bool {
+        corners.iter().flatten().all(|x| x.is_finite()) && exact::is_inside(corners, &self.origin, &self.direction)
+    }
+}
+
+/// Whether the corners, all finite, lie on a line: nothing can hit such a triangle.
+pub fn has_no_area(corners: &Corners) -> bool {
+    let a = subtract(&corners[1], &corners[0]);
+    let b = subtract(&corners[2], &corners[0]);
+    let in_range = a.iter().chain(&b).all(|x| x.abs() < LARGEST);
+    let has_area = (0..3).any(|i| {
+        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+        let (p, q) = (a[j] * b[k], a[k] * b[j]);
+        // Two roundings of the differences, one of each product, one of their difference.
+        (p - q).abs() > 5.0 * EPSILON * (p.abs() + q.abs()) + UNDERFLOW
+    });
+    !(in_range && has_area) && exact::is_degenerate(corners)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FAR: Bounds = Bounds { lower: [-10.0; 3], upper: [10.0; 3] };
+    const TRIANGLE: Corners = [[0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [0.0, 1.0, 1.0]];
+
+    fn hits(origin: Vector, direction: Vector) -> bool {
+        RayTest::new(&Ray::new(origin, direction), &FAR).is_inside(&TRIANGLE)
+    }
+
+    #[test]
+    fn the_boundary_is_hit_and_what_is_a_bit_outside_is_not() {
+        let up = [0.0, 0.0, 1.0];
+        for (x, y) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (0.5, 0.0), (0.5, 0.5), (0.25, 0.25)] {
+            assert!(hits([x, y, 0.0], up), "({x}, {y})");
+        }
+        let tiny = f64::MIN_POSITIVE / 1024.0;
+        for (x, y) in [(-tiny, 0.0), (0.0, -1e-300), (1.0, tiny), (0.5f64.next_up(), 0.5), (-1.0, 0.5)] {
+            assert!(!hits([x, y, 0.0], up), "({x}, {y})");
+        }
+    }
+
+    #[test]
+    fn a_ray_in_the_plane_misses() {
+        assert!(!hits([-1.0, 0.25, 1.0], [1.0, 0.0, 0.0]));
+    }
+
+    #[test]
+    fn flat_triangles_have_no_area_and_slivers_have() {
+        assert!(has_no_area(&[[0.1, 0.2, 0.3]; 3]));
+        assert!(has_no_area(&[[0.0; 3], [1.0, 2.0, 3.0], [2.0, 4.0, 6.0]]));
+        assert!(has_no_area(&[[1e300; 3], [-1e300; 3], [0.0; 3]]));
+        assert!(!has_no_area(&[[0.0; 3], [1.0, 2.0, 3.0], [2.0, 4.0, 6.0f64.next_up()]]));
+        assert!(!has_no_area(&[[0.0; 3], [1e-300, 0.0, 0.0], [0.0, 1e-300, 0.0]]));
+    }
+}

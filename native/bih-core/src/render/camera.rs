@@ -1,0 +1,178 @@
+//! Rays through the pixels of a picture, from one matrix.
+
+use crate::geometry::{Ray, Vector, dot, normalise, subtract};
+
+type Matrix = [[f64; 4]; 4];
+
+/// A matrix that is not finite or that has no inverse.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("clip_to_world: the matrix is not finite or has no inverse")]
+pub struct SingularMatrix;
+
+/// A camera given by the inverse of projection times view, as OpenGL and Blender have it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Camera {
+    clip_to_world: Matrix,
+    /// Gives the depth of a point: a plane whose value grows by one a unit along the viewing axis.
+    depth: [f64; 4],
+    width: u32,
+    height: u32,
+}
+
+impl Camera {
+    /// `width` and `height` in pixels.
+    pub fn new(clip_to_world: Matrix, width: u32, height: u32) -> Result<Self, SingularMatrix> {
+        let world_to_clip = inverse(&clip_to_world).ok_or(SingularMatrix)?;
+        let length = |row: &[f64; 4]| row[..3].iter().map(|x| x * x).sum::<f64>().sqrt();
+        let [_, _, z, w] = world_to_clip;
+        // The w of clip space is the distance along the viewing axis if the projection is a perspective one. If not,
+        // it is constant, and z runs from -1 on the near plane: depth is counted from there.
+        let scale = length(&w);
+        let depth = if scale > 1e-12 * w[3].abs() {
+            w.map(|x| x / scale)
+        } else {
+            let scale = length(&z);
+            [z[0] / scale, z[1] / scale, z[2] / scale, (z[3] + w[3]) / scale]
+        };
+        Ok(Self { clip_to_world, depth, width, height })
+    }
+
+    /// Pixels in a row.
+    pub fn width(&self) -> u32 {
+        self.width
+    }
+
+    /// Rows of pixels.
+    pub fn height(&self) -> u32 {
+        self.height
+    }
+
+    /// The ray through pixel (x, y), counted from the lower left, from the near clip plane to the far one; its direction
+    /// is of unit length. `offset` is the place within the pixel, from 0 to 1.
+    pub fn ray(&self, x: u32, y: u32, offset: [f64; 2]) -> Ray {
+        let ndc = |pixel: u32, offset: f64, size: u32| 2.0 * (f64::from(pixel) + offset) / f64::from(size) - 1.0;
+        let x = ndc(x, offset[0], self.width);
+        let y = ndc(y, offset[1], self.height);
+        let unproject = |z: f64| self.clip_to_world.map(|row| row[0] * x + row[1] * y + row[2] * z + row[3]);
+        let near = unproject(-1.0);
+        let far = unproject(1.0);
+        let origin: Vector = std::array::from_fn(|i| near[i] / near[3]);
+        if far[3] == 0.0 {
+            // The far plane is at infinity: what is left of the point is its direction.
+            let direction = [far[0], far[1], far[2]].map(|component| component * near[3].signum());
+            return Ray { direction: normalise(&direction), ..Ray::new(origin, direction) };
+        }
+        let end: Vector = std::array::from_fn(|i| far[i] / far[3]);
+        let along = subtract(&end, &origin);
+        let direction = normalise(&along);
+        Ray { origin, direction, t_min: 0.0, t_max: dot(&along, &direction) }
+    }
+
+    /// Distance along the viewing axis, from the camera, or for an orthographic one from its near plane.
+    pub fn depth(&self, point: &Vector) -> f64 {
+        let [a, b, c, d] = self.depth;
+        a * point[0] + b * point[1] + c * point[2] + d
+    }
+}
+
+/// The place of a sample within its pixel: the centre first, then an additive recurrence that fills the square evenly
+/// (Roberts 2018, "The Unreasonable Effectiveness of Quasirandom Sequences"; the plastic number). `seed` shifts all but
+/// the first.
+pub fn sample_offset(sample: u32, seed: u64) -> [f64; 2] {
+    const STEP: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
+    if sample == 0 {
+        return [0.5; 2];
+    }
+    let shift = if seed == 0 { [0.0; 2] } else { [unit(scramble(seed)), unit(scramble(seed ^ u64::MAX))] };
+    std::array::from_fn(|i| (0.5 + f64::from(sample) * STEP[i] + shift[i]).fract())
+}
+
+/// The finaliser of SplitMix64 (Steele, Lea and Flood 2014).
+fn scramble(x: u64) -> u64 {
+    let x = (x ^ x >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let x = (x ^ x >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+    x ^ x >> 31
+}
+
+/// The upper 53 bits as a number from 0 to 1.
+fn unit(x: u64) -> f64 {
+    (x >> 11) as f64 / (1u64 << 53) as f64
+}
+
+/// By Gauss and Jordan with row pivots; none where the matrix is singular or not finite.
+fn inverse(matrix: &Matrix) -> Option<Matrix> {
+    let mut left = *matrix;
+    let mut right: Matrix = std::array::from_fn(|i| std::array::from_fn(|j| f64::from(i == j)));
+    for column in 0..4 {
+        let pivot = (column..4).max_by(|&a, &b| left[a][column].abs().total_cmp(&left[b][column].abs()))?;
+        left.swap(column, pivot);
+        right.swap(column, pivot);
+        let divisor = left[column][column];
+        if divisor == 0.0 {
+            return None;
+        }
+        left[column] = left[column].map(|x| x / divisor);
+        right[column] = right[column].map(|x| x / divisor);
+        for row in (0..4).filter(|&row| row != column) {
+            let factor = left[row][column];
+            for k in 0..4 {
+                left[row][k] -= factor * left[column][k];
+                right[row][k] -= factor * right[column][k];
+            }
+        }
+    }
+    right.iter().flatten().all(|x| x.is_finite()).then_some(right)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Looks along -z from the origin, 90° wide, clip planes at 1 and 3.
+    fn perspective() -> Camera {
+        let (near, far) = (1.0, 3.0);
+        let projection = [
+            [1.0, 0.0, 0.0, 0.0],
+            [0.0, 1.0, 0.0, 0.0],
+            [0.0, 0.0, -(far + near) / (far - near), -2.0 * far * near / (far - near)],
+            [0.0, 0.0, -1.0, 0.0],
+        ];
+        Camera::new(inverse(&projection).unwrap(), 2, 2).unwrap()
+    }
+
+    #[test]
+    fn perspective_rays_start_on_the_near_plane_and_end_on_the_far_one() {
+        let ray = perspective().ray(1, 0, [0.5; 2]);
+        let near = |a: f64, b: f64| (a - b).abs() < 1e-12;
+        assert!(near(ray.origin[0], 0.5) && near(ray.origin[1], -0.5) && near(ray.origin[2], -1.0), "{ray:?}");
+        let end: Vector = std::array::from_fn(|i| ray.origin[i] + ray.t_max * ray.direction[i]);
+        assert!(near(end[0], 1.5) && near(end[1], -1.5) && near(end[2], -3.0), "{ray:?}");
+        assert!(near(dot(&ray.direction, &ray.direction), 1.0));
+        assert!(near(perspective().depth(&[0.3, -0.2, -2.5]), 2.5));
+    }
+
+    #[test]
+    fn an_orthographic_depth_counts_from_the_near_plane() {
+        // 4 units wide, clip planes at 1 and 5.
+        let projection = [[0.5, 0.0, 0.0, 0.0], [0.0, 0.5, 0.0, 0.0], [0.0, 0.0, -0.5, -1.5], [0.0, 0.0, 0.0, 1.0]];
+        let camera = Camera::new(inverse(&projection).unwrap(), 4, 4).unwrap();
+        assert_eq!(camera.depth(&[1.0, 2.0, -3.0]), 2.0);
+        let ray = camera.ray(0, 3, [0.5; 2]);
+        assert_eq!((ray.origin, ray.direction, ray.t_max), ([-1.5, 1.5, -1.0], [0.0, 0.0, -1.0], 4.0));
+    }
+
+    #[test]
+    fn singular_matrices_are_refused() {
+        assert_eq!(Camera::new([[0.0; 4]; 4], 1, 1), Err(SingularMatrix));
+        assert_eq!(Camera::new([[f64::NAN; 4]; 4], 1, 1), Err(SingularMatrix));
+    }
+
+    #[test]
+    fn samples_start_at_the_centre_and_stay_in_the_pixel() {
+        assert_eq!(sample_offset(0, 7), [0.5; 2]);
+        for sample in 1..1000 {
+            assert!(sample_offset(sample, 42).iter().all(|x| (0.0..1.0).contains(x)));
+        }
+        assert_ne!(sample_offset(1, 1), sample_offset(1, 2));
+    }
+}

@@ -1,0 +1,144 @@
+//! The picture in tiles, on all threads of the pool that the caller runs in.
+
+use rayon::prelude::*;
+
+use super::camera::sample_offset;
+use super::shade::{Lighting, Surface};
+use super::{Camera, Passes, Pixel};
+use crate::control::{Cancelled, Control};
+use crate::geometry::{Ray, Triangles, add_scaled, cross, dot, normalise, subtract};
+use crate::simd::FloatEnvironment;
+use crate::traverse::{Counts, Hit, Stack, Uncounted, closest};
+use crate::tree::Tree;
+
+/// Side of a tile in pixels: some milliseconds of work, so that cancelling is prompt.
+const TILE: u32 = 32;
+
+/// A part of the picture in pixels from the lower left.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Tile {
+    /// First column.
+    pub x: u32,
+    /// First row.
+    pub y: u32,
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+}
+
+/// What a person can choose about the picture.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RenderOptions {
+    /// The part to render.
+    pub tile: Tile,
+    /// Rays a pixel, at least 1; the first goes through its centre.
+    pub samples: u32,
+    /// Shifts the samples but the first.
+    pub seed: u64,
+    /// What shines.
+    pub lighting: Lighting,
+    /// Whether colours are wanted; without, only the first sample is traced and nothing shaded.
+    pub combined: bool,
+}
+
+/// Trace one picture.
+pub fn render(
+    tree: &Tree,
+    triangles: &Triangles,
+    camera: &Camera,
+    options: &RenderOptions,
+    control: &Control,
+) -> Result<Passes, Cancelled> {
+    let whole = options.tile;
+    let tiles: Vec<Tile> = (0..whole.height.div_ceil(TILE))
+        .flat_map(|row| (0..whole.width.div_ceil(TILE)).map(move |column| (column * TILE, row * TILE)))
+        .map(|(x, y)| Tile {
+            x: whole.x + x,
+            y: whole.y + y,
+            width: TILE.min(whole.width - x),
+            height: TILE.min(whole.height - y),
+        })
+        .collect();
+    control.start(tiles.len());
+    let traced = tiles
+        .par_iter()
+        .map(|tile| {
+            let _standard = FloatEnvironment::standard();
+            control.advance(1)?;
+            let mut stack = Stack::default();
+            let columns = tile.x..tile.x + tile.width;
+            let pixels = (tile.y..tile.y + tile.height)
+                .flat_map(|y| columns.clone().map(move |x| (x, y)))
+                .map(|(x, y)| trace_pixel(tree, triangles, camera, options, x, y, &mut stack))
+                .collect::<Vec<_>>();
+            Ok((tile, pixels))
+        })
+        .collect::<Result<Vec<_>, Cancelled>>()?;
+
+    let (width, height) = (whole.width as usize, whole.height as usize);
+    let mut pixels = vec![Pixel::MISS; width * height];
+    for (tile, part) in traced {
+        let (left, bottom) = ((tile.x - whole.x) as usize, (tile.y - whole.y) as usize);
+        for (row, part) in part.chunks_exact(tile.width as usize).enumerate() {
+            let start = (bottom + row) * width + left;
+            pixels[start..start + part.len()].copy_from_slice(part);
+        }
+    }
+    Ok(Passes { width, height, pixels })
+}
+
+fn trace_pixel(
+    tree: &Tree,
+    triangles: &Triangles,
+    camera: &Camera,
+    options: &RenderOptions,
+    x: u32,
+    y: u32,
+    stack: &mut Stack,
+) -> Pixel {
+    let mut counts = Counts::default();
+    let ray = camera.ray(x, y, sample_offset(0, options.seed));
+    let hit = ray.is_valid().then(|| closest(tree, triangles, &ray, stack, &mut counts)).flatten();
+    let surface = hit.map(|hit| surface(triangles, &ray, &hit));
+
+    let mut pixel = Pixel { cost: [counts.nodes as f32, counts.triangles as f32], ..Pixel::MISS };
+    if let (Some(hit), Some(surface)) = (hit, surface) {
+        pixel.depth = camera.depth(&surface.position) as f32;
+        pixel.normal = surface.normal.map(|x| x as f32);
+        pixel.position = surface.position.map(|x| x as f32);
+        pixel.triangle = hit.triangle as i32;
+    }
+    if options.combined {
+        let mut sum = [0.0; 4];
+        let mut add = |ray: &Ray, surface: Option<Surface>, stack: &mut Stack| {
+            if let Some(surface) = surface {
+                let colour = options.lighting.shade(tree, triangles, &surface, &ray.direction, stack);
+                for (sum, value) in sum.iter_mut().zip([colour[0], colour[1], colour[2], 1.0]) {
+                    *sum += value;
+                }
+            }
+        };
+        add(&ray, surface, stack);
+        for sample in 1..options.samples {
+            let ray = camera.ray(x, y, sample_offset(sample, options.seed));
+            let hit = ray.is_valid().then(|| closest(tree, triangles, &ray, stack, &mut Uncounted)).flatten();
+            add(&ray, hit.map(|hit| self::surface(triangles, &ray, &hit)), stack);
+        }
+        pixel.combined = sum.map(|x| (x / f64::from(options.samples.max(1))) as f32);
+    }
+    pixel
+}
+
+fn surface(triangles: &Triangles, ray: &Ray, hit: &Hit) -> Surface {
+    let [a, b, c] = triangles.corners(hit.triangle);
+    let normal = normalise(&cross(&normalise(&subtract(&b, &a)), &normalise(&subtract(&c, &a))));
+    let away = dot(&normal, &ray.direction) > 0.0;
+    // The hit is right to 2^-40 of t, the roundings of origin + t · direction are far below that of the larger of both.
+    let largest = ray.origin.iter().fold(hit.t, |largest, x| largest.max(x.abs()));
+    Surface {
+        error: 2.0 * largest / (1u64 << 40) as f64,
+        position: add_scaled(&ray.origin, hit.t, &ray.direction),
+        normal: if away { normal.map(|x| -x) } else { normal },
+    }
+}

@@ -1,0 +1,166 @@
+//! The nearest hit, and the walk down the tree that every query shares.
+
+use std::cmp::Ordering;
+use std::ops::ControlFlow;
+
+use super::Counter;
+use super::interval::Crossing;
+use super::stack::{Entry, Stack};
+use crate::geometry::{Corners, Ray, Triangles};
+use crate::intersect::{Distance, RayTest, weights};
+use crate::tree::{Kind, Tree};
+
+/// A hit: the lowest row among the nearest triangles.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hit {
+    /// Distance in units of the direction's length, within 2^-40 of the true value, relatively.
+    pub t: f64,
+    /// Row of the triangle.
+    pub triangle: u32,
+    /// Weight of its second vertex, within 2^-32.
+    pub u: f64,
+    /// Weight of its third vertex, within 2^-32.
+    pub v: f64,
+}
+
+/// The nearest triangle so far.
+#[derive(Debug, Clone, Copy)]
+struct Best {
+    row: u32,
+    corners: Corners,
+    distance: Distance,
+}
+
+/// Finds the nearest of the triangles it is offered.
+#[derive(Debug)]
+pub(super) struct Nearest<'a> {
+    ray: &'a Ray,
+    test: RayTest,
+    best: Option<Best>,
+}
+
+impl<'a> Nearest<'a> {
+    pub(super) fn new(ray: &'a Ray, tree: &Tree) -> Self {
+        Self { ray, test: RayTest::new(ray, tree.bounds()), best: None }
+    }
+
+    /// Past this nothing can be nearer.
+    #[inline(always)]
+    fn limit(&self) -> f64 {
+        self.best.as_ref().map_or(self.ray.t_max, |best| best.distance.upper())
+    }
+
+    #[inline(always)]
+    pub(super) fn offer(&mut self, triangles: &Triangles, row: u32) {
+        let corners = triangles.corners(row);
+        if let Some(distance) = distance_within(self.ray, &self.test, &corners) {
+            let order = match &self.best {
+                Some(best) => {
+                    distance.compare(&corners, &best.distance, &best.corners, &self.test).then(row.cmp(&best.row))
+                }
+                None => Ordering::Less,
+            };
+            if order == Ordering::Less {
+                self.best = Some(Best { row, corners, distance });
+            }
+        }
+    }
+
+    pub(super) fn hit(&self) -> Option<Hit> {
+        self.best.as_ref().map(|Best { row, corners, distance }| {
+            let [u, v] = weights(&self.test, corners);
+            Hit { t: distance.refined(&self.test, corners).t, triangle: *row, u, v }
+        })
+    }
+}
+
+/// The distance of a triangle if the ray meets it between its ends.
+#[inline(always)]
+pub(super) fn distance_within(ray: &Ray, test: &RayTest, corners: &Corners) -> Option<Distance> {
+    if !test.is_inside(corners) {
+        return None;
+    }
+    let distance = Distance::new(test, corners);
+    let is_within = distance.compare_with(ray.t_min, test, corners) != Ordering::Less
+        && distance.compare_with(ray.t_max, test, corners) != Ordering::Greater;
+    is_within.then_some(distance)
+}
+
+/// The nearest hit of a valid ray; of equal distances, compared exactly, the lower row.
+pub fn closest<C: Counter>(
+    tree: &Tree,
+    triangles: &Triangles,
+    ray: &Ray,
+    stack: &mut Stack,
+    counter: &mut C,
+) -> Option<Hit> {
+    let mut nearest = Nearest::new(ray, tree);
+    walk(tree, ray, stack, counter, |rows| {
+        for &row in rows {
+            nearest.offer(triangles, row);
+        }
+        ControlFlow::Continue(nearest.limit())
+    });
+    nearest.hit()
+}
+
+/// Visit the leaves that the ray crosses, front to back by the sign of its direction (Wächter and Keller 2006, section
+/// 3.3). `leaf` answers how far the ray still matters, or that it is done.
+///
+/// Both ends of the ray's part in a node are carried down: the near one is cut by the right child's plane, the far one
+/// by the left child's, or the other way round for a ray that runs backwards.
+#[inline(always)]
+pub(super) fn walk<C: Counter>(
+    tree: &Tree,
+    ray: &Ray,
+    stack: &mut Stack,
+    counter: &mut C,
+    mut leaf: impl FnMut(&[u32]) -> ControlFlow<(), f64>,
+) {
+    if tree.nodes.is_empty() {
+        return;
+    }
+    let crossing = Crossing::new(ray);
+    let (near, far) = crossing.clip(&tree.bounds, ray.t_min, ray.t_max);
+    let mut limit = ray.t_max;
+    stack.clear();
+    let mut entry = Entry { node: 0, near, far };
+    loop {
+        if entry.near <= entry.far && entry.near <= limit {
+            counter.visit_node();
+            match tree.nodes[entry.node].kind() {
+                Kind::Inner { axis, left, clip } => {
+                    let backwards = usize::from(crossing.is_negative(axis));
+                    let first_ends = crossing.latest(axis, clip[backwards]);
+                    let second_starts = crossing.earliest(axis, clip[1 - backwards]);
+                    // `min` and `max` pass over NaN.
+                    let first = Entry { node: left + backwards, near: entry.near, far: entry.far.min(first_ends) };
+                    let second =
+                        Entry { node: left + 1 - backwards, near: entry.near.max(second_starts), far: entry.far };
+                    if second.near <= second.far {
+                        if first.near <= first.far {
+                            stack.push(second);
+                            entry = first;
+                        } else {
+                            entry = second;
+                        }
+                        continue;
+                    }
+                    entry = first;
+                    continue;
+                }
+                Kind::Leaf { first, count } => {
+                    counter.test_triangles(count);
+                    match leaf(&tree.order[first..first + count]) {
+                        ControlFlow::Continue(t) => limit = t,
+                        ControlFlow::Break(()) => return,
+                    }
+                }
+            }
+        }
+        match stack.pop() {
+            Some(next) => entry = next,
+            None => return,
+        }
+    }
+}

@@ -1,0 +1,21 @@
+//! Every triangle, one after another: what every faster way is tested against.
+
+use super::closest::{Hit, Nearest, distance_within};
+use crate::geometry::{Ray, Triangles};
+use crate::intersect::RayTest;
+use crate::tree::Tree;
+
+/// The nearest hit of a valid ray among all triangles that were not rejected.
+pub fn naive_closest(tree: &Tree, triangles: &Triangles, ray: &Ray) -> Option<Hit> {
+    let mut nearest = Nearest::new(ray, tree);
+    for &row in tree.references() {
+        nearest.offer(triangles, row);
+    }
+    nearest.hit()
+}
+
+/// Whether any triangle lies between the ends of a valid ray.
+pub fn naive_occluded(tree: &Tree, triangles: &Triangles, ray: &Ray) -> bool {
+    let test = RayTest::new(ray, tree.bounds());
+    tree.references().iter().any(|&row| distance_within(ray, &test, &triangles.corners(row)).is_some())
+}

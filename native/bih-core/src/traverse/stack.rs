@@ -1,0 +1,45 @@
+//! What a ray has put off.
+
+use crate::tree::MAX_DEPTH;
+
+/// A node to visit later, and the part of the ray that lies in it.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Entry {
+    pub node: usize,
+    pub near: f64,
+    pub far: f64,
+}
+
+/// Room for one node a level: a step down puts off at most one child, and no node is deeper than `MAX_DEPTH`.
+///
+/// Made once for many rays.
+#[derive(Debug, Clone)]
+pub struct Stack {
+    entries: [Entry; MAX_DEPTH as usize],
+    len: usize,
+}
+
+impl Default for Stack {
+    fn default() -> Self {
+        Self { entries: [Entry::default(); MAX_DEPTH as usize], len: 0 }
+    }
+}
+
+impl Stack {
+    #[inline(always)]
+    pub(super) fn clear(&mut self) {
+        self.len = 0;
+    }
+
+    #[inline(always)]
+    pub(super) fn push(&mut self, entry: Entry) {
+        self.entries[self.len] = entry;
+        self.len += 1;
+    }
+
+    #[inline(always)]
+    pub(super) fn pop(&mut self) -> Option<Entry> {
+        self.len = self.len.checked_sub(1)?;
+        Some(self.entries[self.len])
+    }
+}

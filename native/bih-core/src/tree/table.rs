@@ -1,0 +1,53 @@
+//! The nodes as rows of a table, for drawing and for study.
+
+use bytemuck::{Pod, Zeroable};
+
+use super::{Kind, Tree};
+
+/// One row, packed as the structured array that Python sees.
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[repr(C, packed)]
+pub struct NodeRow {
+    /// Row of the parent, -1 for the root.
+    pub parent: i32,
+    /// Distance from the root.
+    pub depth: i32,
+    /// 0 inner, 1 leaf, 2 not yet subdivided.
+    pub kind: u8,
+    /// 0 x, 1 y, 2 z; -1 where not inner.
+    pub axis: i8,
+    /// Upper plane of the left child and lower plane of the right child; NaN where not inner.
+    pub clip: [f32; 2],
+    /// Lower corner of the node's box.
+    pub lower: [f32; 3],
+    /// Upper corner of the node's box.
+    pub upper: [f32; 3],
+    /// First reference below the node.
+    pub first: i64,
+    /// Number of references below the node.
+    pub count: i64,
+}
+
+/// Rows of the nodes down to `max_depth`, at most `limit` of them, breadth first.
+pub fn node_table(tree: &Tree, max_depth: u32, limit: usize) -> Vec<NodeRow> {
+    tree.visit(max_depth)
+        .take(limit)
+        .map(|visit| {
+            let (kind, axis, clip) = match visit.kind {
+                Kind::Inner { axis, clip, .. } => (0, axis as i8, clip),
+                Kind::Leaf { .. } => (1, -1, [f32::NAN; 2]),
+            };
+            NodeRow {
+                parent: visit.parent.map_or(-1, |row| row as i32),
+                depth: visit.depth as i32,
+                kind,
+                axis,
+                clip,
+                lower: visit.bounds.lower,
+                upper: visit.bounds.upper,
+                first: visit.first as i64,
+                count: visit.count as i64,
+            }
+        })
+        .collect()
+}

@@ -1,0 +1,108 @@
+//! Every rule that a tree keeps, checked one by one.
+
+use super::{Kind, MAX_DEPTH, Tree};
+use crate::error::Error;
+use crate::geometry::{Bounds, Triangles};
+
+/// Check the whole tree against the triangles it was built over; the error names the first broken node.
+///
+/// Every node is reached once, every reference belongs to one leaf, the order is a permutation of the rows, and each
+/// leaf's triangles lie within the clip planes on the way to it.
+pub fn validate(tree: &Tree, triangles: &Triangles) -> Result<(), Error> {
+    let broken = |node: usize, problem: String| Err(Error::Broken { node, problem });
+    let mut seen = vec![false; triangles.len()];
+    if tree.order.len() != triangles.len() {
+        return broken(0, format!("{} references for {} triangles", tree.order.len(), triangles.len()));
+    }
+    for &row in &tree.order {
+        match seen.get_mut(row as usize) {
+            None => return broken(0, format!("reference to triangle {row} of {}", triangles.len())),
+            Some(true) => return broken(0, format!("triangle {row} is referred to twice")),
+            Some(seen) => *seen = true,
+        }
+    }
+    let references = tree.references();
+    if tree.nodes.is_empty() {
+        let lost = references.len();
+        return if lost == 0 { Ok(()) } else { broken(0, format!("{lost} references and no node")) };
+    }
+
+    let mut reached = 0;
+    let mut covered = 0;
+    let mut stack = vec![(0, 0, tree.bounds)];
+    while let Some((node, depth, bounds)) = stack.pop() {
+        reached += 1;
+        if depth > MAX_DEPTH {
+            return broken(node, format!("deeper than {MAX_DEPTH}"));
+        }
+        match tree.nodes[node].kind() {
+            Kind::Inner { axis, left, clip } => {
+                // Children stand behind their parent, so that a walk downwards ends.
+                if left <= node || left + 1 >= tree.nodes.len() {
+                    return broken(node, format!("children {left} and {}", left + 1));
+                }
+                let [mut lower_part, mut upper_part] = [bounds; 2];
+                lower_part.upper[axis] = clip[0];
+                upper_part.lower[axis] = clip[1];
+                stack.push((left + 1, depth + 1, upper_part));
+                stack.push((left, depth + 1, lower_part));
+            }
+            Kind::Leaf { first, count } => {
+                // Depth first meets the leaves in the order of their references.
+                if first != covered || count == 0 || count > references.len() - first {
+                    return broken(node, format!("references {first} to {} after {covered}", first + count));
+                }
+                covered += count;
+                for &row in &references[first..covered] {
+                    let triangle = Bounds::of_triangle(&triangles.corners(row));
+                    if !bounds.contains(&triangle) {
+                        return broken(node, format!("triangle {row} reaches out of its clip planes"));
+                    }
+                }
+            }
+        }
+    }
+    if reached != tree.nodes.len() {
+        return broken(0, format!("{reached} of {} nodes can be reached", tree.nodes.len()));
+    }
+    if covered != references.len() {
+        return broken(0, format!("{covered} of {} references stand in a leaf", references.len()));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::build::{BuildOptions, build};
+    use crate::control::Control;
+    use crate::geometry::Vertices;
+    use crate::tree::Node;
+
+    fn strip() -> Vec<[f32; 3]> {
+        (0..8).flat_map(|i| [[i as f32, 0.0, 0.0], [i as f32 + 1.0, 0.0, 0.0], [i as f32, 1.0, 0.0]]).collect()
+    }
+
+    #[test]
+    fn each_kind_of_damage_is_found() {
+        let vertices = strip();
+        let triangles = Triangles::new(Vertices::F32(&vertices), None).unwrap();
+        let good = build(&triangles, &BuildOptions { leaf_size: Some(1) }, &Control::default()).unwrap();
+        assert_eq!(validate(&good, &triangles), Ok(()));
+
+        let damage: [fn(&mut Tree); 7] = [
+            |tree| tree.order[1] = tree.order[0],
+            |tree| tree.order[0] = 99,
+            |tree| _ = tree.order.pop(),
+            |tree| tree.nodes[0] = Node::inner(0, 0, [4.0, 4.0]),
+            |tree| tree.nodes[0] = Node::inner(0, 1 << 20, [4.0, 4.0]),
+            |tree| tree.nodes[0] = Node::inner(0, 1, [3.0, 4.0]),
+            |tree| tree.nodes[0] = Node::leaf(0, 8),
+        ];
+        for (case, spoil) in damage.iter().enumerate() {
+            let mut tree = good.clone();
+            spoil(&mut tree);
+            assert!(validate(&tree, &triangles).is_err(), "damage {case} was not found");
+        }
+    }
+}

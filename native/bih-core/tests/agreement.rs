@@ -1,0 +1,135 @@
+//! The tree against the naive intersector, on meshes and rays made to be awkward.
+
+use bih_core::traverse::{Counts, Stack, Uncounted, closest, naive_closest, naive_occluded, occluded};
+use bih_core::{BuildOptions, Control, Ray, Tree, Triangles, Vertices, build, tree};
+use proptest::prelude::*;
+
+fn build_tree(triangles: &Triangles, leaf_size: usize) -> Tree {
+    let tree = build(triangles, &BuildOptions { leaf_size: Some(leaf_size) }, &Control::default()).unwrap();
+    tree::validate(&tree, triangles).unwrap();
+    assert!(tree.stats().tree_bytes <= tree.stats().bound_bytes);
+    tree
+}
+
+fn agree(triangles: &Triangles, leaf_size: usize, rays: &[Ray]) {
+    let tree = build_tree(triangles, leaf_size);
+    let mut stack = Stack::default();
+    for ray in rays.iter().filter(|ray| ray.is_valid()) {
+        let found = closest(&tree, triangles, ray, &mut stack, &mut Uncounted);
+        assert_eq!(found, naive_closest(&tree, triangles, ray), "{ray:?}");
+        let hidden = occluded(&tree, triangles, ray, &mut stack, &mut Uncounted);
+        assert_eq!(hidden, naive_occluded(&tree, triangles, ray), "{ray:?}");
+        assert_eq!(hidden, found.is_some(), "{ray:?}");
+    }
+}
+
+/// Small whole numbers, so that rays meet edges, vertices and planes exactly; both zeros.
+fn grid() -> impl Strategy<Value = f64> + Clone {
+    prop_oneof![(-3i32..=3).prop_map(f64::from), Just(-0.0)]
+}
+
+/// Any size that float32 has, subnormal ones too.
+fn wild() -> impl Strategy<Value = f64> + Clone {
+    (-1.0f64..1.0, -148i32..120).prop_map(|(x, exponent)| f64::from((x * 2f64.powi(exponent)) as f32))
+}
+
+fn point(x: impl Strategy<Value = f64>) -> impl Strategy<Value = [f64; 3]> {
+    proptest::collection::vec(x, 3).prop_map(|v| [v[0], v[1], v[2]])
+}
+
+fn rays(x: impl Strategy<Value = f64> + Clone) -> impl Strategy<Value = Vec<Ray>> {
+    let end = prop_oneof![4 => Just(None), 1 => (-2i32..6).prop_map(|t| Some(f64::from(t) / 2.0))];
+    let ray = (point(x.clone()), point(x), end.clone(), end).prop_map(|(origin, direction, t_min, t_max)| Ray {
+        origin,
+        direction,
+        t_min: t_min.unwrap_or(f64::NEG_INFINITY),
+        t_max: t_max.unwrap_or(f64::INFINITY),
+    });
+    proptest::collection::vec(ray, 1..20)
+}
+
+fn single(points: &[[f64; 3]]) -> Vec<[f32; 3]> {
+    points.iter().map(|p| p.map(|x| x as f32)).collect()
+}
+
+proptest! {
+    #[test]
+    fn on_a_grid(points in proptest::collection::vec(point(grid()), 0..60), rays in rays(grid()), leaf_size in 1usize..5) {
+        let soup = single(&points[..points.len() / 3 * 3]);
+        agree(&Triangles::new(Vertices::F32(&soup), None).unwrap(), leaf_size, &rays);
+    }
+
+    #[test]
+    fn at_every_size(points in proptest::collection::vec(point(wild()), 0..30), rays in rays(wild())) {
+        let soup = single(&points[..points.len() / 3 * 3]);
+        agree(&Triangles::new(Vertices::F32(&soup), None).unwrap(), 1, &rays);
+    }
+
+    #[test]
+    fn in_double_precision(
+        points in proptest::collection::vec(point(-1.0f64..1.0), 0..60),
+        rays in rays(-1.0f64..1.0),
+        offset in prop_oneof![Just(0.0), Just(1e6), Just(1e300)],
+    ) {
+        let moved = |p: [f64; 3]| p.map(|x| x + offset);
+        let soup: Vec<_> = points[..points.len() / 3 * 3].iter().map(|p| moved(*p)).collect();
+        let rays: Vec<_> = rays.iter().map(|ray| Ray { origin: moved(ray.origin), ..*ray }).collect();
+        agree(&Triangles::new(Vertices::F64(&soup), None).unwrap(), 2, &rays);
+    }
+}
+
+/// Triangles whose centres halve their way to the origin on all axes: the deepest tree that halving makes.
+#[test]
+fn a_tree_as_deep_as_halving_allows_needs_no_more_stack_than_it_has() {
+    let mut soup = Vec::new();
+    for exponent in 0..148 {
+        for axis in 0..3 {
+            let mut corner = [0f32; 3];
+            corner[axis] = 2f32.powi(-exponent);
+            let mut side = [0f32; 3];
+            side[(axis + 1) % 3] = 2f32.powi(-exponent - 1);
+            soup.extend([corner, side, [0.0; 3]]);
+        }
+    }
+    // Coincident centres below that: median splits.
+    for _ in 0..1000 {
+        soup.extend([[1e-45, 0.0, 0.0], [0.0, 1e-45, 0.0], [0.0, 0.0, 1e-45]]);
+    }
+    let triangles = Triangles::new(Vertices::F32(&soup), None).unwrap();
+    let tree = build_tree(&triangles, 1);
+    assert!(tree.stats().depth > 90, "{}", tree.stats().depth);
+    assert!(tree.stats().depth <= tree::MAX_DEPTH as usize);
+    let origins = [[1.0, 1.0, 1.0], [1e-40, 1e-40, 1e-40], [-1.0, -1.0, -1.0]];
+    let rays: Vec<_> = origins.iter().map(|&o| Ray::new(o, o.map(|x| -x))).collect();
+    agree(&triangles, 1, &rays);
+}
+
+#[test]
+fn a_million_triangles_with_one_centre_make_a_shallow_tree() {
+    let soup: Vec<[f32; 3]> =
+        (0..1_000_000).flat_map(|_| [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]).collect();
+    let triangles = Triangles::new(Vertices::F32(&soup), None).unwrap();
+    let tree = build_tree(&triangles, 4);
+    assert!(tree.stats().depth <= 20, "{}", tree.stats().depth);
+    let mut counts = Counts::default();
+    let ray = Ray::new([0.25, 0.25, 1.0], [0.0, 0.0, -1.0]);
+    let hit = closest(&tree, &triangles, &ray, &mut Stack::default(), &mut counts).unwrap();
+    assert_eq!((hit.t, hit.triangle), (1.0, 0));
+}
+
+#[test]
+fn triangles_that_cannot_be_hit_are_rejected_and_the_rest_works() {
+    let nan = f32::NAN;
+    let soup = [
+        [[nan, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+        [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+        [[0.0, 0.0, 0.0], [1.0, 1.0, 1.0], [2.0, 2.0, 2.0]],
+        [[0.0, 0.0, f32::INFINITY], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+    ];
+    let triangles = Triangles::new(Vertices::F32(soup.as_flattened()), None).unwrap();
+    let tree = build_tree(&triangles, 1);
+    assert_eq!(tree.stats().rejected, 3);
+    assert_eq!(tree.order(), [1, 0, 2, 3]);
+    assert_eq!(tree.bounds().upper, [1.0, 1.0, 0.0]);
+    agree(&triangles, 1, &[Ray::new([0.25, 0.25, 1.0], [0.0, 0.0, -1.0])]);
+}

@@ -1,0 +1,17 @@
+"""bihtree: ray queries on triangle meshes by a Bounding Interval Hierarchy."""
+
+from ._bihtree import Camera, Hits, Stats, Tree, __version__, render
+from .errors import BihError, Cancelled, FileFormatError, GeometryError
+
+__all__ = [
+    "BihError",
+    "Camera",
+    "Cancelled",
+    "FileFormatError",
+    "GeometryError",
+    "Hits",
+    "Stats",
+    "Tree",
+    "__version__",
+    "render",
+]

@@ -1,0 +1,255 @@
+"""bihtree: ray queries on triangle meshes by a Bounding Interval Hierarchy.
+
+Conventions: right-handed; lengths are in whatever unit the caller has; directions need not be of unit length and `t`
+is in units of the direction's length; a miss has triangle -1 and t = inf; triangle ids are the caller's rows. Triangles
+are closed: their boundary is hit; degenerate ones and ones in the ray's plane are not. A hit has t_min <= t <= t_max.
+Equal t: the lower row. All of this is decided exactly, for the vertices and rays as the real numbers that they are.
+
+A ray with NaN in anything, an infinite origin or direction, a zero direction, t_min = inf or t_max = -inf is a miss,
+counted in Hits.invalid. Floats of the results: float64 for float64 vertices, else float32. A t beyond the largest
+finite number is that number.
+
+The same bits come out for any number of threads. Queries release the interpreter lock and may run from several Python
+threads at once; Ctrl-C ends long ones.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import Any, Literal, final
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .errors import BihError as BihError
+from .errors import Cancelled as Cancelled
+from .errors import FileFormatError as FileFormatError
+from .errors import GeometryError as GeometryError
+
+__all__ = [
+    "BihError",
+    "Camera",
+    "Cancelled",
+    "FileFormatError",
+    "GeometryError",
+    "Hits",
+    "Stats",
+    "Tree",
+    "__version__",
+    "render",
+]
+
+__version__: str
+
+@final
+class Hits:
+    """The answer to a batch of N rays, as NumPy arrays that own their memory."""
+
+    @property
+    def t(self) -> NDArray[np.floating]:
+        """(N,) distance along the ray; inf where nothing was hit. Within one unit in the last place of the true value
+        in float32, within 2^-40 of it, relatively, in float64."""
+
+    @property
+    def triangle(self) -> NDArray[np.int32]:
+        """(N,) the caller's row; -1 where nothing was hit."""
+
+    @property
+    def u(self) -> NDArray[np.floating]:
+        """(N,) barycentric weight of the triangle's second vertex, 0 for a miss; within 2^-32, and float32's rounding."""
+
+    @property
+    def v(self) -> NDArray[np.floating]:
+        """(N,) and of its third."""
+
+    @property
+    def instance(self) -> NDArray[np.int32]:
+        """(N,) 0 for a hit in a Tree, -1 for a miss."""
+
+    @property
+    def invalid(self) -> int:
+        """Rays that no answer could be given for."""
+
+    @property
+    def hit(self) -> NDArray[np.bool_]:
+        """(N,) whether anything was hit."""
+
+    def __len__(self) -> int: ...
+
+@final
+class Stats:
+    """What a tree is and what it cost. Times in seconds, sizes in bytes."""
+
+    @property
+    def structure(self) -> str: ...
+    @property
+    def layout(self) -> str: ...
+    @property
+    def build(self) -> str: ...
+    @property
+    def heuristic(self) -> str: ...
+    @property
+    def precision(self) -> str: ...
+    @property
+    def triangles(self) -> int:
+        """Rows of the mesh."""
+
+    @property
+    def nodes(self) -> int:
+        """Inner nodes and leaves that exist now."""
+
+    @property
+    def leaves(self) -> int: ...
+    @property
+    def unbuilt(self) -> int:
+        """Nodes not yet subdivided: none, this version builds eagerly."""
+
+    @property
+    def depth(self) -> int:
+        """Depth of the deepest node; the root has 0."""
+
+    @property
+    def tree_bytes(self) -> int:
+        """The acceleration data: 12 bytes a node, 4 bytes a row of the mesh."""
+
+    @property
+    def bound_bytes(self) -> int:
+        """Known before the build; tree_bytes never exceeds it."""
+
+    @property
+    def mesh_bytes(self) -> int:
+        """Vertices and indices held; 0 when borrowed."""
+
+    @property
+    def peak_build_bytes(self) -> int:
+        """Tree and working memory at the peak of the build; the mesh is not counted."""
+
+    @property
+    def build_seconds(self) -> float: ...
+    @property
+    def presorted(self) -> bool: ...
+    @property
+    def left_out(self) -> dict[str, str]:
+        """Part -> why this mesh did not need it, and what that saved."""
+
+    @property
+    def rejected(self) -> int:
+        """Triangles that no ray can hit: non-finite coordinates or zero area."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """All of it by name."""
+
+@final
+class Tree:
+    """An acceleration structure over one triangle mesh: the Bounding Interval Hierarchy of Wächter and Keller,
+    "Instant Ray Tracing: The Bounding Interval Hierarchy", EGSR 2006."""
+
+    def __new__(
+        cls,
+        vertices: ArrayLike,
+        triangles: ArrayLike | None = None,
+        *,
+        structure: Literal["bih"] = "bih",
+        layout: Literal["classic"] = "classic",
+        build: Literal["eager"] = "eager",
+        heuristic: Literal["global"] = "global",
+        presort: Literal[False] | None = None,
+        precision: Literal["watertight"] = "watertight",
+        leaf_size: int | None = None,
+        threads: int = 0,
+        copy: bool = True,
+        progress: Callable[[float], bool | None] | None = None,
+    ) -> Tree:
+        """Build the tree.
+
+        vertices: (V, 3) float32 or float64 (other real numbers become float64, float16 float32); a triangle with a
+            vertex that is not finite is rejected and counted in stats.rejected.
+        triangles: (T, 3) integer rows of vertices; None: each three vertices are one triangle.
+        structure, layout, build, heuristic, precision: what this version has; "classic" are 12-byte nodes, "global"
+            halves the longest side of the cell, "watertight" decides every hit exactly.
+        presort: the bucket sort; this version has none.
+        leaf_size: most triangles of a leaf; None: 4, see docs/decisions/leaf-size.md.
+        threads: of the queries; 0: all cores this process may use.
+        copy: False: borrow the arrays, which become read-only; one that has to be converted is copied all the same.
+        progress: called on this thread with the share done, from 0 to 1; returning False cancels.
+
+        Raises GeometryError (shape, dtype, a row out of range), ValueError (an option), Cancelled.
+        """
+
+    def intersect(
+        self, origins: ArrayLike, directions: ArrayLike, *, t_min: ArrayLike = 0.0, t_max: ArrayLike = np.inf
+    ) -> Hits:
+        """The nearest hit of each ray: origins and directions (N, 3) real numbers, t_min and t_max numbers or (N,).
+        Raises GeometryError for other shapes or dtypes."""
+
+    def occluded(
+        self, origins: ArrayLike, directions: ArrayLike, *, t_min: ArrayLike = 0.0, t_max: ArrayLike = np.inf
+    ) -> NDArray[np.bool_]:
+        """(N,) whether each ray hits anything; arguments and errors as of `intersect`."""
+
+    def traversal_cost(self, origins: ArrayLike, directions: ArrayLike) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+        """(N,) nodes visited and (N,) triangles tested by `intersect` for each ray; 0 for an invalid one."""
+
+    @property
+    def stats(self) -> Stats: ...
+    @property
+    def bounds(self) -> NDArray[np.floating]:
+        """(2, 3) lower and upper corner of what can be hit, rounded outward to float32; inf and -inf for nothing."""
+
+    def nodes(self, *, max_depth: int | None = None, limit: int | None = None) -> NDArray[np.void]:
+        """The tree as a structured array, one row a node, breadth first, the left child before the right one.
+
+        Fields: parent i4 (-1 for the root), depth i4, kind u1 (0 inner, 1 leaf), axis i1 (-1 where not inner), clip
+        f4[2] (the left child's upper plane, the right child's lower plane; NaN where not inner), lower f4[3], upper
+        f4[3] (the box that the clip planes on the way down cut from the bounds), first i8, count i8 (the node's range
+        in order())."""
+
+    def order(self) -> NDArray[np.int32]:
+        """(T,) the caller's rows in leaf order, then the rejected ones; a permutation."""
+
+    def validate(self) -> None:
+        """Check every rule that a tree keeps; raises BihError naming the first broken node."""
+
+@final
+class Camera:
+    """A camera and the size of its picture in pixels."""
+
+    def __new__(cls, clip_to_world: ArrayLike, width: int, height: int) -> Camera:
+        """clip_to_world (4, 4): the inverse of projection times view, as OpenGL and Blender have it. Raises
+        GeometryError for a singular matrix and for a size below 1 or above 65536."""
+
+    def rays(self, *, sample: int = 0) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Origins on the near plane and directions of unit length, both (height * width, 3), row by row from the lower
+        left; sample 0 goes through the centres of the pixels."""
+
+    @property
+    def width(self) -> int: ...
+    @property
+    def height(self) -> int: ...
+
+def render(
+    scene: Tree,
+    camera: Camera,
+    *,
+    passes: Sequence[str] = ...,
+    samples: int = 1,
+    seed: int = 0,
+    shadows: bool = True,
+    lights: ArrayLike | None = None,
+    tile: tuple[int, int, int, int] | None = None,
+    progress: Callable[[float], bool | None] | None = None,
+) -> dict[str, NDArray[Any]]:
+    """Trace one picture in one call, between the camera's clip planes.
+
+    passes, each (height, width, channels), first row at the bottom. float32: combined (4, scene-linear, multiplied by
+    alpha; a miss is 0), depth (1, along the viewing axis: from a perspective camera, from an orthographic one's near
+    plane; inf for a miss), normal (3, unit, world, facing the ray; 0 for a miss), position (3; 0 for a miss), cost (2:
+    nodes visited, triangles tested). int32: triangle (1; -1 for a miss). By default combined alone.
+    samples: rays a pixel for combined; the other passes show the first, through the pixel's centre.
+    seed: shifts the places of all samples but the first.
+    lights: a structured array with the fields kind (0 a sun, 1 a point), position (3), direction (3), colour (3): a
+        sun's irradiance in W/m² along direction, a point's power in W; None or empty: a headlight. Surfaces are grey.
+    shadows: whether lights are hidden by what stands before them.
+    tile: (x, y, width, height) in pixels from the lower left: only that part, in its own size.
+    progress: called on this thread with the share done, from 0 to 1; returning False cancels.
+
+    Raises ValueError (an unknown pass, samples below 1), GeometryError (tile, lights), Cancelled.
+    """

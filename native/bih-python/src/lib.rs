@@ -1,0 +1,36 @@
+//! The Python module `bihtree`: checks arrays, calls the core, wraps results, maps errors. No algorithm.
+
+#![forbid(unsafe_code)]
+
+mod arrays;
+mod camera;
+mod errors;
+mod hits;
+mod mesh;
+mod render;
+mod stats;
+mod supervise;
+mod tree;
+
+use pyo3::prelude::*;
+
+#[pymodule]
+mod _bihtree {
+    use pyo3::prelude::*;
+
+    #[pymodule_export]
+    use crate::camera::Camera;
+    #[pymodule_export]
+    use crate::hits::Hits;
+    #[pymodule_export]
+    use crate::render::render;
+    #[pymodule_export]
+    use crate::stats::Stats;
+    #[pymodule_export]
+    use crate::tree::Tree;
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+}

@@ -1,0 +1,263 @@
+//! Trees and their queries.
+
+use bih_core::geometry::Triangles;
+use bih_core::traverse::{Limits, RayBatch};
+use bih_core::{BuildOptions, Control, Error, Tree as CoreTree, tree};
+use numpy::{PyArray, PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::{IntoPyDict, PyByteArray};
+use rayon::{ThreadPool, ThreadPoolBuilder};
+
+use crate::arrays::{Limit, LimitArray, limits, vectors};
+use crate::errors::{BihError, GeometryError};
+use crate::hits::Hits;
+use crate::mesh::Mesh;
+use crate::stats::Stats;
+use crate::supervise::{run, supervise};
+
+/// Batches of fewer rays are over before anyone could cancel them.
+const SUPERVISED: usize = 1 << 14;
+
+/// An acceleration structure over one triangle mesh.
+#[pyclass(frozen, module = "bihtree")]
+pub struct Tree {
+    pub core: CoreTree,
+    mesh: Mesh,
+    pub pool: Option<ThreadPool>,
+}
+
+type Pair<'py> = (Bound<'py, PyArray1<i32>>, Bound<'py, PyArray1<i32>>);
+
+#[pymethods]
+impl Tree {
+    #[new]
+    #[pyo3(signature = (vertices, triangles=None, *, structure="bih", layout="classic", build="eager",
+        heuristic="global", presort=None, precision="watertight", leaf_size=None, threads=0, copy=true, progress=None))]
+    #[expect(clippy::too_many_arguments, reason = "they are keywords in Python")]
+    fn new(
+        py: Python<'_>,
+        vertices: &Bound<'_, PyAny>,
+        triangles: Option<&Bound<'_, PyAny>>,
+        structure: &str,
+        layout: &str,
+        build: &str,
+        heuristic: &str,
+        presort: Option<bool>,
+        precision: &str,
+        leaf_size: Option<i64>,
+        threads: i64,
+        copy: bool,
+        progress: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        one_of("structure", structure, "bih")?;
+        one_of("layout", layout, "classic")?;
+        one_of("build", build, "eager")?;
+        one_of("heuristic", heuristic, "global")?;
+        one_of("precision", precision, "watertight")?;
+        if presort == Some(true) {
+            return Err(PyValueError::new_err("presort: this version has no bucket sort; leave it out"));
+        }
+        let leaf_size = leaf_size.map(|size| count("leaf_size", size, 1)).transpose()?;
+        let threads = count("threads", threads, 0)?;
+        if let Some(progress) = progress.filter(|progress| !progress.is_callable()) {
+            return Err(PyValueError::new_err(format!("progress: {} is not callable", progress.repr()?)));
+        }
+
+        let mesh = Mesh::new(vertices, triangles, copy)?;
+        let pool = (threads > 0)
+            .then(|| ThreadPoolBuilder::new().num_threads(threads).build())
+            .transpose()
+            .map_err(|error| BihError::new_err(format!("threads: {threads} could not be started ({error})")))?;
+        let options = BuildOptions { leaf_size };
+        let core = mesh.with_triangles(py, |triangles| {
+            supervise(py, pool.as_ref(), progress, |control| bih_core::build(&triangles, &options, control))
+        })??;
+        Ok(Self { core, mesh, pool })
+    }
+
+    /// The nearest hit of each ray.
+    #[pyo3(signature = (origins, directions, *, t_min=Limit::Number(0.0), t_max=Limit::Number(f64::INFINITY)),
+        text_signature = "($self, origins, directions, *, t_min=0.0, t_max=1e999)")]
+    fn intersect(
+        &self,
+        py: Python<'_>,
+        origins: &Bound<'_, PyAny>,
+        directions: &Bound<'_, PyAny>,
+        t_min: Limit<'_>,
+        t_max: Limit<'_>,
+    ) -> PyResult<Hits> {
+        let (is_double, hits, invalid) =
+            self.query(py, origins, directions, &t_min, &t_max, |core, triangles, rays, control| {
+                let hits = rays.closest(core, triangles, control)?;
+                Ok((triangles.is_double(), hits, rays.invalid()))
+            })?;
+        Ok(Hits::new(py, &hits, invalid, is_double))
+    }
+
+    /// Whether each ray hits anything.
+    #[pyo3(signature = (origins, directions, *, t_min=Limit::Number(0.0), t_max=Limit::Number(f64::INFINITY)),
+        text_signature = "($self, origins, directions, *, t_min=0.0, t_max=1e999)")]
+    fn occluded<'py>(
+        &self,
+        py: Python<'py>,
+        origins: &Bound<'py, PyAny>,
+        directions: &Bound<'py, PyAny>,
+        t_min: Limit<'py>,
+        t_max: Limit<'py>,
+    ) -> PyResult<Bound<'py, PyArray1<bool>>> {
+        let answers = self.query(py, origins, directions, &t_min, &t_max, |core, triangles, rays, control| {
+            Ok(rays.occluded(core, triangles, control)?)
+        })?;
+        Ok(PyArray::from_vec(py, answers))
+    }
+
+    /// Nodes visited and triangles tested by `intersect` for each ray.
+    fn traversal_cost<'py>(
+        &self,
+        py: Python<'py>,
+        origins: &Bound<'py, PyAny>,
+        directions: &Bound<'py, PyAny>,
+    ) -> PyResult<Pair<'py>> {
+        let counts = self.query(
+            py,
+            origins,
+            directions,
+            &Limit::Number(0.0),
+            &Limit::Number(f64::INFINITY),
+            |core, triangles, rays, control| Ok(rays.cost(core, triangles, control)?),
+        )?;
+        let nodes = PyArray1::from_iter(py, counts.iter().map(|counts| counts.nodes as i32));
+        let triangles = PyArray1::from_iter(py, counts.iter().map(|counts| counts.triangles as i32));
+        Ok((nodes, triangles))
+    }
+
+    /// What the tree is and what it cost.
+    #[getter]
+    fn stats(&self) -> Stats {
+        Stats::new(self.core.stats(), self.mesh.owned_bytes)
+    }
+
+    /// (2, 3) lower and upper corner; inf and -inf where no triangle can be hit.
+    #[getter]
+    fn bounds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let bounds = self.core.bounds();
+        let array = PyArray2::from_vec2(py, &[bounds.lower.to_vec(), bounds.upper.to_vec()])
+            .map_err(|error| BihError::new_err(error.to_string()))?;
+        let is_double = self.mesh.with_triangles(py, |triangles| triangles.is_double())?;
+        array.call_method1("astype", (if is_double { "float64" } else { "float32" },))
+    }
+
+    /// The tree as a structured array, one row a node, breadth first.
+    #[pyo3(signature = (*, max_depth=None, limit=None))]
+    fn nodes<'py>(&self, py: Python<'py>, max_depth: Option<i64>, limit: Option<i64>) -> PyResult<Bound<'py, PyAny>> {
+        let max_depth = max_depth.map(|depth| count("max_depth", depth, 0)).transpose()?.unwrap_or(usize::MAX);
+        let limit = limit.map(|limit| count("limit", limit, 0)).transpose()?.unwrap_or(usize::MAX);
+        let max_depth = u32::try_from(max_depth).unwrap_or(u32::MAX);
+        let rows = py.detach(|| tree::node_table(&self.core, max_depth, limit));
+        let numpy = py.import("numpy")?;
+        let dtype = numpy.call_method1("dtype", (node_fields(),))?;
+        let bytes = PyByteArray::new(py, bytemuck::cast_slice(&rows));
+        numpy.call_method("frombuffer", (bytes,), Some(&[("dtype", dtype)].into_py_dict(py)?))
+    }
+
+    /// The caller's rows in leaf order, then the rejected ones; a permutation.
+    fn order<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i32>> {
+        PyArray1::from_iter(py, self.core.order().iter().map(|&row| row as i32))
+    }
+
+    /// Check every rule that a tree keeps.
+    fn validate(&self, py: Python<'_>) -> PyResult<()> {
+        self.mesh
+            .with_triangles(py, |triangles| run(py, self.pool.as_ref(), |_| tree::validate(&self.core, &triangles)))?
+    }
+
+    fn __reduce__(&self) -> PyResult<()> {
+        Err(pyo3::exceptions::PyTypeError::new_err("a bihtree.Tree cannot be pickled; build it where it is needed"))
+    }
+
+    fn __repr__(&self) -> String {
+        let stats = self.core.stats();
+        format!("<bihtree.Tree: bih, {} triangles, {} nodes, {} bytes>", stats.triangles, stats.nodes, stats.tree_bytes)
+    }
+}
+
+impl Tree {
+    /// Check the rays and hand them to `work` with the triangles, supervised where there are many.
+    fn query<'py, T: Send>(
+        &self,
+        py: Python<'py>,
+        origins: &Bound<'py, PyAny>,
+        directions: &Bound<'py, PyAny>,
+        t_min: &Limit<'py>,
+        t_max: &Limit<'py>,
+        work: impl FnOnce(&CoreTree, &Triangles, &RayBatch, &Control) -> Result<T, Error> + Send,
+    ) -> PyResult<T> {
+        let origins = vectors("origins", origins)?;
+        let directions = vectors("directions", directions)?;
+        let rays = origins.shape()[0];
+        if directions.shape()[0] != rays {
+            let others = directions.shape()[0];
+            return Err(GeometryError::new_err(format!("directions: {others} rows, but origins has {rays}")));
+        }
+        let (t_min, t_max) = (limits("t_min", t_min, rays)?, limits("t_max", t_max, rays)?);
+        let (origins, directions) = (origins.try_readonly()?, directions.try_readonly()?);
+        let readonly = |limit: &LimitArray<'py>| match limit {
+            LimitArray::All(_) => Ok(None),
+            LimitArray::Each(array) => array.try_readonly().map(Some),
+        };
+        let (t_min_array, t_max_array) = (readonly(&t_min)?, readonly(&t_max)?);
+        let batch = RayBatch {
+            origins: bytemuck::cast_slice(origins.as_slice()?),
+            directions: bytemuck::cast_slice(directions.as_slice()?),
+            t_min: match (&t_min, &t_min_array) {
+                (LimitArray::All(limit), _) => Limits::All(*limit),
+                (_, array) => Limits::Each(array.as_ref().map_or(Ok(&[][..]), |array| array.as_slice())?),
+            },
+            t_max: match (&t_max, &t_max_array) {
+                (LimitArray::All(limit), _) => Limits::All(*limit),
+                (_, array) => Limits::Each(array.as_ref().map_or(Ok(&[][..]), |array| array.as_slice())?),
+            },
+        };
+        let pool = self.pool.as_ref();
+        self.mesh.with_triangles(py, |triangles| {
+            let work = |control: &Control| work(&self.core, &triangles, &batch, control);
+            if rays < SUPERVISED { run(py, pool, work) } else { supervise(py, pool, None, work) }
+        })?
+    }
+
+    /// Call `read` with a view of the triangles.
+    pub fn with_triangles<R>(&self, py: Python<'_>, read: impl FnOnce(Triangles<'_>) -> R) -> PyResult<R> {
+        self.mesh.with_triangles(py, read)
+    }
+}
+
+/// Refuse what this version does not have.
+fn one_of(name: &str, value: &str, known: &str) -> PyResult<()> {
+    if value == known {
+        return Ok(());
+    }
+    Err(PyValueError::new_err(format!("{name}: {value:?} is not in this version; choose {known:?}")))
+}
+
+/// A whole number that is not below `least`.
+pub fn count(name: &str, value: i64, least: usize) -> PyResult<usize> {
+    usize::try_from(value)
+        .ok()
+        .filter(|value| *value >= least)
+        .ok_or_else(|| PyValueError::new_err(format!("{name}: {value} is below {least}")))
+}
+
+fn node_fields() -> Vec<(&'static str, &'static str)> {
+    vec![
+        ("parent", "<i4"),
+        ("depth", "<i4"),
+        ("kind", "u1"),
+        ("axis", "i1"),
+        ("clip", "2<f4"),
+        ("lower", "3<f4"),
+        ("upper", "3<f4"),
+        ("first", "<i8"),
+        ("count", "<i8"),
+    ]
+}

@@ -1,0 +1,24 @@
+"""Every test here starts from an empty scene, and leaves the add-on unregistered."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import bpy
+import pytest
+
+from addon.blender import registration
+
+
+@pytest.fixture
+def scene() -> bpy.types.Scene:
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+    return bpy.context.scene
+
+
+@pytest.fixture
+def registered(scene: bpy.types.Scene) -> Iterator[bpy.types.Scene]:
+    """The scene, with the add-on registered while the test runs."""
+    with registration.registered():
+        yield scene
+        scene.render.engine = "BLENDER_WORKBENCH"

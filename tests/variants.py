@@ -1,0 +1,35 @@
+"""Every kind of tree that a test of "a tree" runs over."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import bihtree
+import pytest
+from numpy.typing import ArrayLike
+
+
+@dataclass(frozen=True)
+class Variant:
+    """Options of bihtree.Tree under one name."""
+
+    name: str
+    options: dict[str, object] = field(default_factory=dict)
+
+    def tree(self, vertices: ArrayLike, triangles: ArrayLike | None = None, **options: object) -> bihtree.Tree:
+        """A tree with this variant's options, and the test's own on top."""
+        return bihtree.Tree(vertices, triangles, **{**self.options, **options})
+
+    def __str__(self) -> str:
+        return self.name
+
+
+VARIANTS = (
+    Variant("default"),
+    Variant("one-thread", {"threads": 1}),
+    Variant("leaf-1", {"leaf_size": 1, "threads": 2}),
+    Variant("leaf-8", {"leaf_size": 8, "threads": 5}),
+    Variant("leaf-64", {"leaf_size": 64, "threads": 1}),
+)
+
+every_tree = pytest.mark.parametrize("variant", VARIANTS, ids=str)

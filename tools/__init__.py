@@ -1,0 +1,1 @@
+"""What builds, packages and sets up; nothing here is shipped."""

@@ -1,0 +1,49 @@
+"""Make addon/pipeline/lettering.npz: the glyphs of Droid Sans as OpenImageIO renders them.
+
+Run it with the OpenImageIO wheel of the Python package index, which has FreeType and the font:
+python tools/make_lettering.py
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import OpenImageIO as oiio
+from numpy.typing import NDArray
+
+FONT, SIZE, MARGIN = "DroidSans", 40, 8
+ASCENT, DESCENT = 40, 12  # rows above and below the baseline; accents on capitals reach 38
+CHARACTERS = "".join(chr(code) for code in (*range(32, 127), *range(160, 256))) + "–—"
+TARGET = Path(__file__).resolve().parents[1] / "addon" / "pipeline" / "lettering.npz"
+
+
+def rendered() -> dict[str, Any]:
+    """The arrays of the file."""
+    cells = [_cell(character) for character in CHARACTERS]
+    return {
+        "characters": np.array(CHARACTERS),
+        "coverage": np.concatenate(cells, axis=1),
+        "starts": np.cumsum([0] + [cell.shape[1] for cell in cells]).astype(np.int32),
+        "margin": np.int32(MARGIN),
+    }
+
+
+def _cell(character: str) -> NDArray[np.uint8]:
+    # What a character adds between two others is its advance; its own ink says nothing about it.
+    advance = _width(f"H{character}H") - _width("HH")
+    image = oiio.ImageBuf(oiio.ImageSpec(advance + 2 * MARGIN, ASCENT + DESCENT, 1, "float"))
+    oiio.ImageBufAlgo.zero(image)
+    if not oiio.ImageBufAlgo.render_text(image, MARGIN, ASCENT, character, SIZE, FONT, (1.0,)):
+        raise SystemExit(f"cannot render {character!r}: {image.geterror()}")
+    return np.rint(np.clip(image.get_pixels(oiio.FLOAT)[..., 0], 0.0, 1.0) * 255.0).astype(np.uint8)
+
+
+def _width(text: str) -> int:
+    size = oiio.ImageBufAlgo.text_size(text, SIZE, FONT)
+    return int(size.xend - size.xbegin)
+
+
+if __name__ == "__main__":
+    np.savez_compressed(TARGET, **rendered())

@@ -1,0 +1,86 @@
+"""The extension's zip, with bihtree's wheel inside, made by the builder that comes with bpy.
+
+    build/venv/bin/python tools/package.py      print the path of the zip in build/
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import platform
+import shutil
+import subprocess
+import sys
+import tomllib
+import zipfile
+from pathlib import Path
+
+PROJECT = Path(__file__).resolve().parent.parent
+WORK = PROJECT / "build" / "package"
+
+# Blender's names of the platforms that it runs on.
+PLATFORMS = {
+    ("Linux", "x86_64"): "linux-x64",
+    ("Darwin", "arm64"): "macos-arm64",
+    ("Darwin", "x86_64"): "macos-x64",
+    ("Windows", "AMD64"): "windows-x64",
+}
+# Blender for Linux asks for glibc 2.28; zig links against that one, where this machine's own linker would ask for
+# the glibc of this machine.
+LINUX_PORTABLE = ("--zig", "--compatibility", "manylinux_2_28")
+
+
+def build_wheel(folder: Path) -> Path:
+    """bihtree for this platform, and for any machine that Blender itself runs on."""
+    scripts = Path(sys.executable).parent
+    portable = LINUX_PORTABLE if platform.system() == "Linux" else ()
+    shutil.rmtree(folder, ignore_errors=True)
+    subprocess.run(
+        [scripts / "maturin", "build", "--quiet", "--release", "--locked", *portable, "--out", folder],
+        cwd=PROJECT / "native" / "bih-python",
+        env=os.environ | {"PATH": f"{scripts}{os.pathsep}{os.environ['PATH']}"},
+        check=True,
+    )
+    (wheel,) = folder.glob("*.whl")
+    return wheel
+
+
+def build_extension(wheel: Path) -> Path:
+    """Blender's builder twice: it leaves out what the manifest excludes, then puts the wheel in.
+
+    The manifest of the repository cannot name the wheel: its file name says which platform it was built on.
+    """
+    source, part = WORK / "source", WORK / "without_wheel.zip"
+    shutil.rmtree(source, ignore_errors=True)
+    _blender_extension("build", "--source-dir", PROJECT, "--output-filepath", part)
+    with zipfile.ZipFile(part) as archive:
+        archive.extractall(source)
+    (source / "wheels").mkdir()
+    shutil.copy2(wheel, source / "wheels")
+
+    blender_platform = PLATFORMS[platform.system(), platform.machine()]
+    manifest = source / "blender_manifest.toml"
+    text = manifest.read_text(encoding="utf-8")
+    added = f'wheels = ["./wheels/{wheel.name}"]\nplatforms = ["{blender_platform}"]\n'
+    manifest.write_text(added + text, encoding="utf-8")
+
+    about = tomllib.loads(text)
+    result = PROJECT / "build" / f"{about['id']}-{about['version']}-{blender_platform.replace('-', '_')}.zip"
+    _blender_extension("build", "--source-dir", source, "--output-filepath", result)
+    _blender_extension("validate", result)
+    return result
+
+
+def _blender_extension(*arguments: str | Path) -> None:
+    """What `blender --command extension` runs; it is the same file in Blender and in the bpy wheel."""
+    spec = importlib.util.find_spec("bpy")
+    assert spec is not None
+    assert spec.origin is not None
+    (script,) = Path(spec.origin).parent.glob("*/scripts/addons_core/bl_pkg/cli/blender_ext.py")
+    run = subprocess.run([sys.executable, script, *arguments], capture_output=True, text=True, check=False)
+    if run.returncode != 0:
+        sys.exit(f"blender extension {arguments[0]}: {run.stdout.strip()} {run.stderr.strip()}")
+
+
+if __name__ == "__main__":
+    print(build_extension(build_wheel(WORK / "wheels")))
