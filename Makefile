@@ -93,8 +93,9 @@ $(VENV)/.tests: requirements-dev.lock $(VENV)/.python
 
 # The wheel is for this machine alone, so nobody need check what else it would run on.
 $(VENV)/.bihtree: $(NATIVE) $(VENV)/.python
-	@echo "Building bihtree"
+	@echo "Building bihtree (a minute or two)"
 	@rm -rf build/wheels
-	@cd native/bih-python && ../../$(BIN)/maturin build --quiet --release --locked --auditwheel skip --out ../../build/wheels
+	@$(BIN)/maturin build --manifest-path native/bih-python/Cargo.toml --release --locked --auditwheel skip \
+		--out build/wheels > build/bihtree.log 2>&1 || { cat build/bihtree.log >&2; exit 1; }
 	@$(PIP_INSTALL) --no-deps --no-index --force-reinstall build/wheels/*.whl
 	@touch $@

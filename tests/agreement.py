@@ -26,13 +26,16 @@ class Answers(Protocol):
 
 
 def distance_error(value: np.floating, truth: Fraction) -> Fraction:
-    """The error of t over what is allowed: 1 ulp for float32, 2^-40 of the value for float64; above 1 is wrong."""
-    single = value.dtype == np.float32
+    """The error of t over what is allowed: 1 ulp for float32, 2^-40 of the value for float64; above 1 is wrong.
+
+    The nearest finite number stands for a truth beyond it.
+    """
     if not np.isfinite(value):
-        too_large = abs(truth) > Fraction(float(np.finfo(value.dtype).max)) and (value > 0) == (truth > 0)
-        return Fraction(0 if too_large and not np.isnan(value) else 2)
-    error = abs(Fraction(float(value)) - truth)
-    allowed = ulp(truth, np.float32) if single else abs(truth) * T_ERROR_FLOAT64
+        return Fraction(2)
+    largest = Fraction(float(np.finfo(value.dtype).max))
+    nearest = max(-largest, min(largest, truth))
+    error = abs(Fraction(float(value)) - nearest)
+    allowed = ulp(nearest, np.float32) if value.dtype == np.float32 else abs(nearest) * T_ERROR_FLOAT64
     return Fraction(0) if error == 0 else error / allowed if allowed else Fraction(2)
 
 

@@ -69,7 +69,9 @@ def icosphere(level: int, radius: float = 1.0, dtype: DTypeLike = np.float32) ->
     points = [np.roll(corner, shift) for shift in range(3) for corner in corners]
     vertices = np.array(points, np.float64)
     near = np.isclose(np.linalg.norm(vertices[:, None] - vertices[None], axis=2), 2)
-    faces = [(i, j, k) for i in range(12) for j in range(i) for k in range(j) if near[i, j] and near[j, k] and near[i, k]]
+    faces = [
+        (i, j, k) for i in range(12) for j in range(i) for k in range(j) if near[i, j] and near[j, k] and near[i, k]
+    ]
     triangles = np.array(faces)
     inward = np.linalg.det(vertices[triangles]) < 0
     triangles[inward] = triangles[inward][:, [0, 2, 1]]
@@ -106,8 +108,11 @@ def terrain(size: int, seed: int = 1, dtype: DTypeLike = np.float32) -> Triangle
     for octave in range(6):
         frequency = 2**octave * rng.uniform(1, 2, 2)
         phase = rng.uniform(0, 2 * np.pi, 2)
-        height += 0.2 * 0.5**octave * np.sin(2 * np.pi * frequency[0] * x + phase[0]) * np.cos(
-            2 * np.pi * frequency[1] * y + phase[1]
+        height += (
+            0.2
+            * 0.5**octave
+            * np.sin(2 * np.pi * frequency[0] * x + phase[0])
+            * np.cos(2 * np.pi * frequency[1] * y + phase[1])
         )
     return _mesh(np.stack([x, y, height], axis=2), _quads(size, size), dtype)
 

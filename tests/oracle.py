@@ -13,13 +13,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-Point = tuple[Fraction, Fraction, Fraction]
+Number = Fraction | int
+Point = tuple[Number, Number, Number]
 
 RANGE = 2.0**-300, 2.0**300  # of sizes whose products neither overflow nor lose bits to underflow
 
 
 class Hit(NamedTuple):
-    """One crossing of a ray and a triangle: distance in units of the direction's length, row, weights of corners 2 and 3."""
+    """One crossing: distance in units of the direction's length, the triangle's row, weights of its corners 2 and 3."""
 
     t: Fraction
     triangle: int
@@ -33,11 +34,18 @@ def exact(values: ArrayLike) -> Point:
     return x, y, z
 
 
+def whole(points: NDArray[np.float64]) -> list[Point]:
+    """Finite points (N, 3) times the one power of two that makes them whole: the same t and weights, found sooner."""
+    ratios = [[value.as_integer_ratio() for value in point] for point in points.tolist()]
+    scale = max(divisor for point in ratios for _, divisor in point)
+    return [(x[0] * (scale // x[1]), y[0] * (scale // y[1]), z[0] * (scale // z[1])) for x, y, z in ratios]
+
+
 def _minus(a: Point, b: Point) -> Point:
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
-def _dot(a: Point, b: Point) -> Fraction:
+def _dot(a: Point, b: Point) -> Number:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
@@ -45,7 +53,9 @@ def _cross(a: Point, b: Point) -> Point:
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
-def crossing(origin: Point, direction: Point, a: Point, b: Point, c: Point) -> tuple[Fraction, Fraction, Fraction] | None:
+def crossing(
+    origin: Point, direction: Point, a: Point, b: Point, c: Point
+) -> tuple[Fraction, Fraction, Fraction] | None:
     """(t, u, v) of the point in which the line meets the closed triangle, or None."""
     ab, ac = _minus(b, a), _minus(c, a)
     normal = _cross(ab, ac)
@@ -53,12 +63,13 @@ def crossing(origin: Point, direction: Point, a: Point, b: Point, c: Point) -> t
     if slope == 0:  # without area, or parallel to the line
         return None
     from_a = _minus(origin, a)
-    t = -_dot(normal, from_a) / slope
-    point = (from_a[0] + t * direction[0], from_a[1] + t * direction[1], from_a[2] + t * direction[2])
-    area = _dot(normal, normal)
-    u = _dot(normal, _cross(point, ac)) / area
-    v = _dot(normal, _cross(ab, point)) / area
-    return (t, u, v) if u >= 0 and v >= 0 and u + v <= 1 else None
+    height = -_dot(normal, from_a)
+    # The point met, seen from a, is from_a + t direction with t = height / slope; this is slope times it.
+    x, y, z = (slope * start + height * step for start, step in zip(from_a, direction, strict=True))
+    scale = slope * _dot(normal, normal)
+    u = Fraction(_dot(normal, _cross((x, y, z), ac)), scale)
+    v = Fraction(_dot(normal, _cross(ab, (x, y, z))), scale)
+    return (Fraction(height, slope), u, v) if u >= 0 and v >= 0 and u + v <= 1 else None
 
 
 def is_valid(origin: ArrayLike, direction: ArrayLike, t_min: float, t_max: float) -> bool:
@@ -114,8 +125,7 @@ class Oracle:
             yield _Ray(origin[i], direction[i], near[i], far[i], self.rows[candidates if valid else []])
 
     def _hit(self, ray: _Ray, row: int) -> Hit | None:
-        a, b, c = (exact(corner) for corner in self.corners[row])
-        found = crossing(exact(ray.origin), exact(ray.direction), a, b, c)
+        found = crossing(*whole(np.vstack([ray.origin, ray.direction, self.corners[row]])))
         return Hit(found[0], row, found[1], found[2]) if found and ray.t_min <= found[0] <= ray.t_max else None
 
 
@@ -135,8 +145,8 @@ def _lower_bounds(
     """A number for each triangle that no t of a hit is below.
 
     t = (p - o) . d / d . d for the point p that is hit, a mean of the corners, so no t is below the smallest of theirs.
-    With P = max|c - o|, D = max|d| and u = 2^-53: (c - o) . d has 3 terms of at most P D with 4 roundings each, d . d and
-    the division bring 4 more, relative to at most 3 P D / d . d. In all 24 u P D / d . d and less than 2^-47 P D / d . d.
+    With P = max|c - o|, D = max|d| and u = 2^-53: (c - o) . d has 3 terms of at most P D with 4 roundings each; d . d
+    and the division bring 4 more, relative to at most 3 P D / d . d. In all 24 u, below 2^-47, times P D / d . d.
     """
     with np.errstate(all="ignore"):
         away = corners - origin
@@ -151,7 +161,7 @@ class _Filter:
 
     For the edge e = b - a and the line o + s d, the side is the sign of (a - o) x e . d = d . (a x e) - (d x o) . e:
     one matrix product of rays and edges. With e divided by its largest component, the rays' rows by D (R + O), where
-    D = max|d|, R = max|a|, O = max|o| (components, from the mesh's centre), it is a sum of 12 products of three factors,
+    D = max|d|, R = max|a|, O = max|o| (components, from the mesh's centre), it is a sum of 12 products of three,
     6 at most R / (R + O) and 6 at most O / (R + O) in size. Each meets at most 14 roundings: moving to the centre 1,
     edge 1, two scalings 4, the cross product's product and difference 2, the product with d or e 1, the sum of six 5.
     So the error is below 6 (1 + u)^14 - 6 < 85 u with u = 2^-53, and 128 u = 2^-46 is a safe margin.

@@ -55,7 +55,7 @@ def at_features(mesh: Triangles, count: int, rng: np.random.Generator, dtype: DT
 
 
 def pinhole(mesh: Triangles, width: int, height: int, axis: int = 2, dtype: DTypeLike = np.float32) -> Rays:
-    """A camera before the middle of the mesh's box, looking along -axis; its pixels are a lattice on the box's near side."""
+    """A camera before the middle of the mesh's box, looking along -axis; its pixels are a lattice on the near side."""
     low, high = bounds(mesh)
     targets = _lattice(low, high, width, height, axis)
     eye = (low + high) / 2
@@ -73,7 +73,9 @@ def parallel(mesh: Triangles, width: int, height: int, axis: int = 2, dtype: DTy
     return Rays(origins.astype(dtype), directions.astype(dtype))
 
 
-def _lattice(low: NDArray[np.float64], high: NDArray[np.float64], width: int, height: int, axis: int) -> NDArray[np.float64]:
+def _lattice(
+    low: NDArray[np.float64], high: NDArray[np.float64], width: int, height: int, axis: int
+) -> NDArray[np.float64]:
     """(width · height, 3) points of the box's upper side on `axis`, its boundary and corners among them."""
     a, b = (axis + 1) % 3, (axis + 2) % 3
     points = np.empty((height, width, 3))

@@ -24,7 +24,10 @@ for folder in /tmp "$project" "$PWD"; do
     mount --rbind "$folder" "$root$folder"
 done
 
-# Nothing of this system's libraries or Python may reach into the other one.
-exec chroot "$root" /usr/bin/env --chdir="$PWD" -u LD_LIBRARY_PATH -u LD_PRELOAD -u PYTHONPATH -u PYTHONHOME \
+# Nothing of this system's libraries or Python may reach into the other one. PROGRAM is not to be process 1 of its
+# namespace, as it would be by exec: such a process gets no signal that it has no handler for (xvfb-run waits for one).
+status=0
+chroot "$root" /usr/bin/env --chdir="$PWD" -u LD_LIBRARY_PATH -u LD_PRELOAD -u PYTHONPATH -u PYTHONHOME \
     -u XDG_RUNTIME_DIR -u XDG_CONFIG_HOME -u XDG_CACHE_HOME -u WAYLAND_DISPLAY \
-    HOME=/root PATH=/usr/sbin:/usr/bin:/sbin:/bin LC_ALL=C.UTF-8 "$@"
+    HOME=/root PATH=/usr/sbin:/usr/bin:/sbin:/bin LC_ALL=C.UTF-8 "$@" || status=$?
+exit "$status"

@@ -7,12 +7,13 @@ it, in metres with Y up: an .npz of `vertices` and `triangles`, or an .obj.
 from __future__ import annotations
 
 import sys
-from math import radians
 from pathlib import Path
+from typing import Any
 
 import bpy
 import numpy as np
 from mathutils import Matrix, Vector
+from numpy.typing import NDArray
 
 from addon.blender import registration
 from addon.blender.engine import BihPreviewEngine
@@ -21,7 +22,7 @@ from addon.pipeline.mesh import Mesh, read_npz
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 HEIGHT = 1.6
-FLOOR = 2.0
+FLOOR = 1.3
 """Height of the bunny and half the side of the floor, in metres."""
 
 
@@ -35,13 +36,13 @@ def main(arguments: list[str]) -> int:
         scene = bpy.context.scene
         scene.name = "Bunny"
         add("Bunny", mesh_of("Bunny", standing(bunny.vertices), bunny.triangles.tolist()))
-        add("Floor", floor())
+        add("Floor", floor()).location.x = 0.12  # the shadow falls on that side
         add_lights()
         add_camera()
         scene.render.engine = BihPreviewEngine.bl_idname
-        scene.render.resolution_x, scene.render.resolution_y = 960, 720
+        scene.render.resolution_x, scene.render.resolution_y = 1280, 720
         scene.view_settings.view_transform = "Standard"
-        scene.bih.samples = 16
+        scene.bih.samples, scene.bih.overlay_depth = 4, 4
         path = EXAMPLES / "bunny.blend"
         bpy.context.preferences.filepaths.save_version = 0
         bpy.ops.wm.save_as_mainfile(filepath=str(path), compress=True)
@@ -58,13 +59,14 @@ def read_bunny(path: Path) -> Mesh:
     return read_mesh(bpy.context.object.data, path.stem)
 
 
-def standing(vertices: np.ndarray) -> np.ndarray:
+def standing(vertices: NDArray[Any]) -> NDArray[np.float64]:
     """Z up, HEIGHT tall, its lowest vertex on z = 0 and its box around the z axis."""
     x, y, z = vertices.astype(np.float64).T
-    turned = np.stack([x, -z, y], axis=1)
+    turned: NDArray[np.float64] = np.stack([x, -z, y], axis=1)
     turned -= (turned.min(axis=0) + turned.max(axis=0)) / 2
     turned[:, 2] -= turned[:, 2].min()
-    return turned * (HEIGHT / turned[:, 2].max())
+    turned *= HEIGHT / turned[:, 2].max()
+    return turned
 
 
 def floor() -> bpy.types.Mesh:
@@ -78,18 +80,18 @@ def floor() -> bpy.types.Mesh:
 
 def add_lights() -> None:
     sun = bpy.data.lights.new("Sun", "SUN")
-    sun.energy = 3.0
-    add("Sun", sun).matrix_world = looking(Vector((-3.0, -2.0, 4.0)), Vector((0.0, 0.0, 0.0)))
+    sun.energy = 2.7
+    add("Sun", sun).matrix_world = looking(Vector((-2.4, -0.15, 3.4)), Vector((0.0, 0.0, 0.0)))
     fill = bpy.data.lights.new("Fill", "POINT")
-    fill.energy = 120.0
-    add("Fill", fill).location = (4.0, -4.0, 3.0)
+    fill.energy = 260.0
+    add("Fill", fill).location = (1.5, -5.0, 3.5)
 
 
 def add_camera() -> None:
     camera = bpy.data.cameras.new("Camera")
-    camera.lens = 50.0
+    camera.lens, camera.shift_x = 37.5, 0.017  # room for the legend of the overlay picture
     made = add("Camera", camera)
-    made.matrix_world = looking(Vector((3.0, -6.2, 3.4)), Vector((0.0, 0.0, 0.55)))
+    made.matrix_world = looking(Vector((-1.1, -5.75, 2.9)), Vector((0.1, 0.0, 0.62)))
     bpy.context.scene.camera = made
 
 
@@ -98,7 +100,7 @@ def looking(place: Vector, target: Vector) -> Matrix:
     return Matrix.Translation(place) @ turn.to_matrix().to_4x4()
 
 
-def mesh_of(name: str, vertices: np.ndarray, faces: list[list[int]]) -> bpy.types.Mesh:
+def mesh_of(name: str, vertices: NDArray[Any], faces: list[list[int]]) -> bpy.types.Mesh:
     mesh = bpy.data.meshes.new(name)
     mesh.from_pydata(vertices.tolist(), [], faces)
     return mesh

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import OpenImageIO as oiio
+import OpenImageIO
 from numpy.typing import NDArray
 
 FONT, SIZE, MARGIN = "DroidSans", 40, 8
@@ -33,15 +33,17 @@ def rendered() -> dict[str, Any]:
 def _cell(character: str) -> NDArray[np.uint8]:
     # What a character adds between two others is its advance; its own ink says nothing about it.
     advance = _width(f"H{character}H") - _width("HH")
-    image = oiio.ImageBuf(oiio.ImageSpec(advance + 2 * MARGIN, ASCENT + DESCENT, 1, "float"))
-    oiio.ImageBufAlgo.zero(image)
-    if not oiio.ImageBufAlgo.render_text(image, MARGIN, ASCENT, character, SIZE, FONT, (1.0,)):
+    image = OpenImageIO.ImageBuf(OpenImageIO.ImageSpec(advance + 2 * MARGIN, ASCENT + DESCENT, 1, "float"))
+    OpenImageIO.ImageBufAlgo.zero(image)
+    if not OpenImageIO.ImageBufAlgo.render_text(image, MARGIN, ASCENT, character, SIZE, FONT, (1.0,)):
         raise SystemExit(f"cannot render {character!r}: {image.geterror()}")
-    return np.rint(np.clip(image.get_pixels(oiio.FLOAT)[..., 0], 0.0, 1.0) * 255.0).astype(np.uint8)
+    ink = np.clip(np.asarray(image.get_pixels(OpenImageIO.FLOAT))[..., 0], 0.0, 1.0)
+    cell: NDArray[np.uint8] = np.rint(ink * 255.0).astype(np.uint8)
+    return cell
 
 
 def _width(text: str) -> int:
-    size = oiio.ImageBufAlgo.text_size(text, SIZE, FONT)
+    size = OpenImageIO.ImageBufAlgo.text_size(text, SIZE, FONT)
     return int(size.xend - size.xbegin)
 
 

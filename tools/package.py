@@ -1,6 +1,6 @@
 """The extension's zip, with bihtree's wheel inside, made by the builder that comes with bpy.
 
-    build/venv/bin/python tools/package.py      print the path of the zip in build/
+build/venv/bin/python tools/package.py      print the path of the zip in build/
 """
 
 from __future__ import annotations
@@ -35,11 +35,9 @@ def build_wheel(folder: Path) -> Path:
     scripts = Path(sys.executable).parent
     portable = LINUX_PORTABLE if platform.system() == "Linux" else ()
     shutil.rmtree(folder, ignore_errors=True)
-    subprocess.run(
-        [scripts / "maturin", "build", "--quiet", "--release", "--locked", *portable, "--out", folder],
-        cwd=PROJECT / "native" / "bih-python",
-        env=os.environ | {"PATH": f"{scripts}{os.pathsep}{os.environ['PATH']}"},
-        check=True,
+    _run(
+        *(scripts / "maturin", "build", "--manifest-path", PROJECT / "native" / "bih-python" / "Cargo.toml"),
+        *("--release", "--locked", *portable, "--out", folder),
     )
     (wheel,) = folder.glob("*.whl")
     return wheel
@@ -77,10 +75,17 @@ def _blender_extension(*arguments: str | Path) -> None:
     assert spec is not None
     assert spec.origin is not None
     (script,) = Path(spec.origin).parent.glob("*/scripts/addons_core/bl_pkg/cli/blender_ext.py")
-    run = subprocess.run([sys.executable, script, *arguments], capture_output=True, text=True, check=False)
+    _run(sys.executable, script, *arguments)
+
+
+def _run(*command: str | Path) -> None:
+    """Run quietly, with this environment's programs first on PATH; say all of it where it fails."""
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    run = subprocess.run(command, env=os.environ | {"PATH": path}, capture_output=True, text=True, check=False)
     if run.returncode != 0:
-        sys.exit(f"blender extension {arguments[0]}: {run.stdout.strip()} {run.stderr.strip()}")
+        sys.exit(f"{' '.join(map(str, command))}\n{run.stdout}{run.stderr}")
 
 
 if __name__ == "__main__":
+    print("Building the extension (a minute or two at first)", file=sys.stderr)
     print(build_extension(build_wheel(WORK / "wheels")))

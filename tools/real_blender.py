@@ -35,7 +35,8 @@ PACKAGES = (
     *(*WINDOW_PROGRAMS.values(), "libgl1-mesa-dri", "libegl1", "libgl1"),
 )
 
-# $1 suite, $2 the new root, $3 mirror, $4 keyring; then the packages. No service is to start inside.
+# $1 suite, $2 the new root, $3 mirror, $4 keyring; then the packages. No service is to start inside, and Blender
+# looks for /etc/mtab.
 SET_UP = """
 suite=$1 root=$2 mirror=$3 keyring=$4
 shift 4
@@ -44,6 +45,7 @@ mount --rbind /dev "$root/dev"
 mount -t proc proc "$root/proc"
 printf '#!/bin/sh\\nexit 101\\n' > "$root/usr/sbin/policy-rc.d"
 chmod +x "$root/usr/sbin/policy-rc.d"
+ln -sf /proc/self/mounts "$root/etc/mtab"
 inside="chroot $root /usr/bin/env DEBIAN_FRONTEND=noninteractive LC_ALL=C.UTF-8"
 $inside apt-get install --yes --no-install-recommends "$@"
 $inside apt-get clean
@@ -153,8 +155,8 @@ def _make_root() -> None:
 
 
 def _root() -> Path:
-    """One folder a list of packages, so that a change of the list makes a new one."""
-    digest = hashlib.sha256(" ".join((SUITE, *PACKAGES)).encode()).hexdigest()
+    """One folder a recipe, so that a change of the recipe makes a new one."""
+    digest = hashlib.sha256(" ".join((SUITE, *PACKAGES, SET_UP)).encode()).hexdigest()
     return _cache_folder() / f"{SUITE}-{digest[:8]}"
 
 

@@ -1,4 +1,7 @@
-"""`blender --command bih render …`, and the same under the bpy wheel: `python -m addon.blender.command_line render …`."""
+"""The command `blender --command bih render …`.
+
+Under the bpy wheel, or with no Blender at all for an .npz mesh: `python -m addon.blender.command_line render …`.
+"""
 
 from __future__ import annotations
 

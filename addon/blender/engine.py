@@ -87,7 +87,7 @@ class BihPreviewEngine(bpy.types.RenderEngine):
             first = 0
             for label, channels in blender_passes(name):
                 part = shown[..., first : first + len(channels)]
-                result.layers[0].passes[label].rect.foreach_set(part.reshape(-1, len(channels)))
+                result.layers[0].passes[label].rect.foreach_set(part.ravel())
                 first += len(channels)
         self.end_result(result)
 

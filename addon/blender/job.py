@@ -40,7 +40,7 @@ def run(source: Source, chosen: Mapping[str, Any], outputs: preview.Outputs) -> 
     settings = replace(settings, **chosen)
     traced = preview.trace(scene, settings, export_seconds=seconds, progress=_go_on)
     preview.write(traced, scene, settings, outputs, progress=_go_on)
-    return [*preview.summary(traced.report), *(f"not as in Blender: {what}" for what in scene.skipped)]
+    return [*preview.summary(traced.report), *(f"note: {what}" for what in scene.skipped)]
 
 
 def _read(source: Source) -> tuple[SceneData, Settings, float]:

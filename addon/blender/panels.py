@@ -24,8 +24,9 @@ class RENDER_PT_bih(bpy.types.Panel):
         layout = self.layout
         layout.use_property_split = True
         layout.use_property_decorate = False
-        if missing := modules.why_missing("bihtree"):
-            layout.label(text=f"Cannot render: {missing}", icon="ERROR")
+        missing = modules.why_missing("bihtree")
+        for sentence in filter(None, missing.split(". ")):
+            layout.label(text=sentence, icon="ERROR")
         chosen = context.scene.bih
         for name in ("structure", "precision", "leaf_size", "samples", "shadows", "overlay_depth"):
             layout.prop(chosen, name)
@@ -35,7 +36,7 @@ class RENDER_PT_bih(bpy.types.Panel):
         row.operator("render.render", text="Render", icon="RENDER_STILL")
         summary = layout.column(align=True)
         for line in BihPreviewEngine.last_summary:
-            summary.label(text=line)
+            summary.label(text=" ".join(line.split()))
 
 
 def panels_of_any_engine() -> Iterator[type[bpy.types.Panel]]:

@@ -33,7 +33,7 @@ class BihSettings(bpy.types.PropertyGroup):
     )
     precision: EnumProperty(
         name="Precision",
-        description="How hits are decided. More precision costs trace time, never memory, and leaves fewer wrong pixels",
+        description="How hits are decided. More precision costs trace time, not memory, and leaves fewer wrong pixels",
         items=[(name, *PRECISION_TEXT[name]) for name in PRECISIONS],
     )
     leaf_size: IntProperty(
@@ -80,6 +80,7 @@ def settings_of(scene: bpy.types.Scene) -> Settings:
         structure=chosen.structure,
         precision=chosen.precision,
         leaf_size=chosen.leaf_size or None,
+        threads=scene.render.threads if scene.render.threads_mode == "FIXED" else 0,
         samples=chosen.samples,
         shadows=chosen.shadows,
         passes=tuple(name for name in PASSES if name in chosen.passes) or ("combined",),

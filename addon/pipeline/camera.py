@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 
 from .errors import UserError
 
+LARGEST = 65536
+"""Most pixels a side, as bihtree.Camera has it."""
+
 
 @dataclass(frozen=True)
 class CameraView:
@@ -52,18 +55,26 @@ def _inverse(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
     """The inverse. Rows are scaled first: where a scene is very small or large, pivots among rows of different scale
     would be rounding errors."""
     scale = np.abs(matrix).max(axis=1, keepdims=True)
-    return np.linalg.inv(matrix / scale) / scale.T
+    inverse: NDArray[np.float64] = np.linalg.inv(matrix / scale) / scale.T
+    return inverse
 
 
 def check_size(width: int, height: int) -> None:
-    """Raise UserError unless a picture of this size has a pixel."""
-    if width < 1 or height < 1:
-        raise UserError(f"the picture is {width} x {height} pixels; both must be at least 1", exit_status=2)
+    """Raise UserError unless a picture can be of this size."""
+    if not (1 <= width <= LARGEST and 1 <= height <= LARGEST):
+        raise UserError(f"the picture is {width} x {height} pixels; both must be 1 to {LARGEST}", exit_status=2)
 
 
 def perspective_view(
-    eye: NDArray[np.float64], target: NDArray[np.float64], up: NDArray[np.float64],
-    width: int, height: int, *, field_of_view: float, near: float, far: float,
+    eye: NDArray[np.float64],
+    target: NDArray[np.float64],
+    up: NDArray[np.float64],
+    width: int,
+    height: int,
+    *,
+    field_of_view: float,
+    near: float,
+    far: float,
 ) -> CameraView:
     """A perspective camera at `eye` that looks at `target`; `field_of_view` in radians along the longer side."""
     check_size(width, height)
@@ -99,6 +110,12 @@ def framing_view(bounds: NDArray[np.floating[Any]], width: int, height: int) -> 
     direction = np.array([0.55, -1.0, 0.45])
     eye = centre + direction * (distance / np.linalg.norm(direction))
     return perspective_view(
-        eye, centre, np.array([0.0, 0.0, 1.0]), width, height,
-        field_of_view=field_of_view, near=distance - radius * 1.04, far=distance + radius * 1.04,
+        eye,
+        centre,
+        np.array([0.0, 0.0, 1.0]),
+        width,
+        height,
+        field_of_view=field_of_view,
+        near=distance - radius * 1.04,
+        far=distance + radius * 1.04,
     )

@@ -6,7 +6,7 @@ imported when a file is read or written, so that rendering works in a Blender wi
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -88,22 +88,22 @@ def write_picture(path: Path, picture: NDArray[np.float32]) -> None:
     8-bit formats get sRGB, with straight alpha where they have one; linear formats get the colours over black. A
     failure (OSError) leaves what was written so far: write through `written_beside`.
     """
-    oiio = openimageio()
     if path.suffix.lower() in LINEAR:
-        _write(oiio, path, _spec(oiio, picture[..., :3]), picture[..., :3])
+        _write(path, picture[..., :3], {})
     else:
-        write_srgb8(path, to_srgb8(picture, alpha=bool(_output(oiio, path).supports("alpha"))))
+        write_srgb8(path, to_srgb8(picture, alpha=bool(_output(path).supports("alpha"))))
 
 
 def write_srgb8(path: Path, pixels: NDArray[np.uint8]) -> None:
     """Write finished sRGB pixels, (H, W, 3) or (H, W, 4) with straight alpha, to an 8-bit format; fails as
     `write_picture` does."""
-    oiio = openimageio()
-    spec = _spec(oiio, pixels)
-    spec.attribute("oiio:ColorSpace", "sRGB")
-    spec.attribute("oiio:UnassociatedAlpha", 1)
-    spec.attribute("CompressionQuality", 95)
-    _write(oiio, path, spec, pixels)
+    attributes: dict[str, str | int] = {
+        "oiio:ColorSpace": "sRGB",
+        "oiio:UnassociatedAlpha": 1,
+        "CompressionQuality": 95,
+        "jpeg:subsampling": "4:4:4",  # thin lines keep their colour
+    }
+    _write(path, pixels, attributes)
 
 
 def write_passes(path: Path, passes: Mapping[str, NDArray[np.generic]]) -> None:
@@ -112,7 +112,6 @@ def write_passes(path: Path, passes: Mapping[str, NDArray[np.generic]]) -> None:
     Triangle ids are 32-bit unsigned, a miss 4294967295 (-1 when read as int32); Blender shows them as float32, exact
     to 2^24. Depth of a miss is `MISS_DEPTH`. Fails as `write_picture` does.
     """
-    oiio = openimageio()
     names: list[str] = []
     planes: list[NDArray[np.float32]] = []
     for name, values in passes.items():
@@ -123,11 +122,7 @@ def write_passes(path: Path, passes: Mapping[str, NDArray[np.generic]]) -> None:
             planes.append(np.where(np.isinf(values), MISS_DEPTH, values).astype(np.float32))
         else:
             planes.append(np.asarray(values, np.float32))
-    pixels = np.concatenate(planes, axis=2)
-    spec = _spec(oiio, pixels)
-    spec.channelnames = tuple(names)
-    spec.attribute("compression", "zip")
-    _write(oiio, path, spec, pixels)
+    _write(path, np.concatenate(planes, axis=2), {"compression": "zip"}, names)
     if "triangle" in passes:
         _declare_uint(path, f"{LAYER}.{CHANNELS['triangle'][0]}")
 
@@ -148,24 +143,38 @@ def _declare_uint(path: Path, channel: str) -> None:
         file.write((0).to_bytes(4, "little"))
 
 
-def _output(oiio: Any, path: Path) -> Any:
-    output = oiio.ImageOutput.create(str(path))
+def _output(path: Path) -> Any:
+    output = openimageio().ImageOutput.create(str(path))
     if output is None:
-        raise OSError(oiio.geterror())
+        raise OSError(openimageio().geterror())
     return output
 
 
-def _spec(oiio: Any, pixels: NDArray[Any]) -> Any:
+def _write(path: Path, pixels: NDArray[Any], attributes: Mapping[str, str | int], names: Sequence[str] = ()) -> None:
     height, width, channels = pixels.shape
-    return oiio.ImageSpec(width, height, channels, "uint8" if pixels.dtype == np.uint8 else "float")
-
-
-def _write(oiio: Any, path: Path, spec: Any, pixels: NDArray[Any]) -> None:
-    output = _output(oiio, path)
+    spec = openimageio().ImageSpec(width, height, channels, "uint8" if pixels.dtype == np.uint8 else "float")
+    for name, value in attributes.items():
+        spec.attribute(name, value)
+    if names:
+        spec.channelnames = tuple(names)
+    _check_room(path, pixels.nbytes)
+    output = _output(path)
     done = output.open(str(path), spec) and output.write_image(np.ascontiguousarray(pixels[::-1]))
     # A full disk may show only when the last buffer is flushed.
     if not (output.close() and done):
         raise OSError(output.geterror())
+
+
+def _check_room(path: Path, raw_bytes: int) -> None:
+    """Raise OSError unless the disk takes a file as large as the encoded picture can be.
+
+    On a full disk OpenImageIO's PNG, BMP and Targa writers report success, and its JPEG writer ends the process.
+    """
+    # Half as much again covers what rows are padded by and what an encoder adds where nothing compresses.
+    block = bytes(1 << 20)
+    with path.open("wb") as file:
+        for _ in range((raw_bytes + raw_bytes // 2 >> 20) + 1):
+            file.write(block)
 
 
 def read_image(path: Path) -> NDArray[np.generic]:
@@ -183,4 +192,3 @@ def read_image(path: Path) -> NDArray[np.generic]:
     if pixels is None:
         raise UserError(f"cannot read {path}: {source.geterror()}")
     return np.ascontiguousarray(pixels[::-1])
-

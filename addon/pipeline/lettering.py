@@ -51,4 +51,4 @@ def text_coverage(text: str) -> NDArray[np.float32]:
         place = line[:, pen : pen + advance + 2 * margin]
         np.maximum(place, coverage[:, starts[row] : starts[row + 1]], out=place)
         pen += advance
-    return line.astype(np.float32) / 255.0
+    return line[:, margin : margin + pen].astype(np.float32) / 255.0

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,7 +51,7 @@ class Face:
     depth: int
 
 
-def scene_nearness(depth: NDArray[np.floating], nodes: NDArray[np.void], view: CameraView) -> NDArray[np.float64]:
+def scene_nearness(depth: NDArray[np.floating[Any]], nodes: NDArray[np.void], view: CameraView) -> NDArray[np.float64]:
     """The nearness of a depth pass (H, W), counted from the camera along the viewing axis; always finite.
 
     A miss (inf) is 0 for a perspective camera, and behind every node for an orthographic one.
@@ -98,11 +99,13 @@ def overlay_faces(nodes: NDArray[np.void], view: CameraView) -> Iterator[Face]:
 def overlapping(nodes: NDArray[np.void]) -> NDArray[np.void]:
     """The inner nodes whose left child ends beyond the start of the right one."""
     inner = _inner(nodes)
-    return inner[inner["clip"][:, 1] < inner["clip"][:, 0]]
+    both: NDArray[np.void] = inner[inner["clip"][:, 1] < inner["clip"][:, 0]]
+    return both
 
 
 def _inner(nodes: NDArray[np.void]) -> NDArray[np.void]:
-    return nodes[nodes["kind"] == INNER]
+    inner: NDArray[np.void] = nodes[nodes["kind"] == INNER]
+    return inner
 
 
 def _corners(nodes: NDArray[np.void]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -125,7 +128,7 @@ def _clip_plane(inner: NDArray[np.void], kind: Kind) -> tuple[NDArray[np.float64
 
 
 def _rectangles(
-    lower: NDArray[np.float64], upper: NDArray[np.float64], axis: NDArray[np.integer]
+    lower: NDArray[np.float64], upper: NDArray[np.float64], axis: NDArray[np.integer[Any]]
 ) -> NDArray[np.float64]:
     """Boxes without extent along `axis` (N,) to their corners (N, 4, 3), in turn."""
     rows, u, v = np.arange(len(lower)), (axis + 1) % 3, (axis + 2) % 3
@@ -139,7 +142,8 @@ def _rectangles(
 
 def _to_clip(points: NDArray[np.float64], view: CameraView) -> NDArray[np.float64]:
     matrix = view.world_to_clip
-    return points @ matrix[:, :3].T + matrix[:, 3]
+    clip: NDArray[np.float64] = points @ matrix[:, :3].T + matrix[:, 3]
+    return clip
 
 
 def _to_picture(clip: NDArray[np.float64], view: CameraView) -> NDArray[np.float64]:
@@ -157,7 +161,7 @@ def _half_range(view: CameraView) -> float:
 
 
 def _projected_lines(
-    points: NDArray[np.float64], kind: NDArray[np.integer], depth: NDArray[np.integer], view: CameraView
+    points: NDArray[np.float64], kind: NDArray[np.integer[Any]], depth: NDArray[np.integer[Any]], view: CameraView
 ) -> Lines:
     """World-space lines (N, 2, 3), cut off at the near plane and at the picture's edges; those outside are dropped."""
     clip = _to_clip(points, view)
@@ -183,8 +187,8 @@ _VIEW_SIDES = np.array(
 
 
 def _projected_faces(
-    lower: NDArray[np.float64], upper: NDArray[np.float64], axis: NDArray[np.integer],
-    depth: NDArray[np.integer], kind: Kind, view: CameraView,
+    lower: NDArray[np.float64], upper: NDArray[np.float64], axis: NDArray[np.integer[Any]],
+    depth: NDArray[np.integer[Any]], kind: Kind, view: CameraView,
 ) -> Iterator[Face]:
     """World-space rectangles across `axis` as faces; those behind the near plane or seen edge-on are dropped."""
     clip = _to_clip(_rectangles(lower, upper, axis), view)

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from .image import openimageio
 from .lettering import line_height, text_coverage
 from .overlay import INNER, LEAF, Kind, overlapping
 from .overlay_style import COLOURS, Colour
@@ -17,10 +18,10 @@ SWATCH = (int(0.8 * line_height()), 3 * line_height())  # rows, columns
 STROKE = 4
 INK: Colour = (0.1, 0.1, 0.1)
 
-TEXT_HEIGHT = 1 / 32
+TEXT_HEIGHT = 1 / 36
 """Height of a line of text in a picture of height 1, where the legend leaves enough of the picture free."""
 
-MOST_HEIGHT, MOST_WIDTH = 0.6, 0.4
+MOST_HEIGHT, MOST_WIDTH = 0.6, 0.36
 
 Image = NDArray[np.float32]
 
@@ -38,6 +39,11 @@ def legend(
     return _resized(panel, max(1, round(rows * scale)), max(1, round(columns * scale)))
 
 
+def legend_texts(nodes: NDArray[np.void], max_depth: int, caption: Mapping[str, str]) -> list[str]:
+    """The lines of the legend."""
+    return [text for _, text in _entries(nodes, max_depth, caption)]
+
+
 def _entries(nodes: NDArray[np.void], max_depth: int, caption: Mapping[str, str]) -> list[tuple[Image | None, str]]:
     """Swatch and text of each line."""
     inner, leaves = (int(np.count_nonzero(nodes["kind"] == kind)) for kind in (INNER, LEAF))
@@ -45,16 +51,22 @@ def _entries(nodes: NDArray[np.void], max_depth: int, caption: Mapping[str, str]
     triangles = int(nodes["count"][0]) if len(nodes) else 0
     return [
         (None, f"Bounding interval hierarchy to depth {max_depth}"),
-        (_box_swatch(COLOURS[Kind.BOX]), "box of a node, paler the deeper it lies"),
-        (_box_swatch(COLOURS[Kind.LEAF_BOX]), "box of a leaf"),
-        (_children_swatch(0.5, None), "end of the left child (upper clip plane)"),
-        (_children_swatch(None, 0.5), "start of the right child (lower clip plane)"),
+        (None, "a node stores an axis and two clip planes:"),
+        (_children_swatch(0.5, None), "left child: upper clip plane"),
+        (_children_swatch(None, 0.5), "right child: lower clip plane"),
         (_children_swatch(0.65, 0.35), "overlap: in both children"),
-        (_children_swatch(0.35, 0.65), "gap: in neither, empty"),
-        (None, f"{len(nodes):,} nodes: {inner:,} inner, {leaves:,} leaves"),
-        (None, f"{overlaps:,} with an overlap; {triangles:,} triangles"),
+        (_children_swatch(0.35, 0.65), "gap: in neither, skipped"),
+        (_box_swatch(COLOURS[Kind.BOX]), "box of a node"),
+        (_box_swatch(COLOURS[Kind.LEAF_BOX]), "box of a leaf"),
+        (None, "thinner: deeper; faint: behind the surface"),
+        (None, f"{_counted(len(nodes), 'node')}: {inner:,} inner, {_counted(leaves, 'leaf', 'leaves')}"),
+        (None, f"{overlaps:,} with an overlap; {_counted(triangles, 'triangle')}"),
         *((None, f"{name}: {value}") for name, value in caption.items()),
     ]
+
+
+def _counted(count: int, one: str, more: str = "") -> str:
+    return f"{count:,} {one if count == 1 else more or one + 's'}"
 
 
 def _panel(entries: list[tuple[Image | None, str]]) -> Image:
@@ -105,13 +117,9 @@ def _children_swatch(left_end: float | None, right_start: float | None) -> Image
 
 
 def _resized(image: Image, rows: int, columns: int) -> Image:
-    """By area: each new pixel is the mean of what it covers."""
-    for axis, size in ((0, rows), (1, columns)):
-        old = image.shape[axis]
-        total = np.concatenate([np.zeros_like(image.take([0], axis)), np.cumsum(image, axis, np.float32)], axis)
-        edges = np.arange(size + 1) * (old / size)
-        below = np.minimum(edges.astype(np.intp), old - 1)
-        part = (edges - below).astype(np.float32)
-        part = part[:, None, None] if axis == 0 else part[:, None]
-        image = np.diff(total.take(below, axis) + part * image.take(below, axis), axis=axis) * np.float32(size / old)
-    return image
+    oiio = openimageio()
+    source = oiio.ImageBuf(oiio.ImageSpec(image.shape[1], image.shape[0], 3, "float"))
+    source.set_pixels(source.roi, image)
+    resized = oiio.ImageBufAlgo.resize(source, "triangle", roi=oiio.ROI(0, columns, 0, rows, 0, 1, 0, 3))
+    pixels: Image = resized.get_pixels("float")
+    return pixels

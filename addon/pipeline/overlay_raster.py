@@ -7,16 +7,17 @@ is drawn at a pixel depends only on the lines and faces that cover it, in no ord
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .overlay import Face, Kind
 
-MULTIPLE = 4
-"""Drawn at this multiple of the picture's width and height: 17 steps from bare to covered."""
+MULTIPLE = 3
+"""Drawn at this multiple of the picture's width and height: 10 steps from bare to covered."""
 
 BAND = 64
 """Rows of the picture whose faces are drawn at once."""
@@ -30,10 +31,9 @@ each rounded to float32 (2^-24) a few times, and a clip plane often touches the 
 
 
 @dataclass(frozen=True)
-class Stroke:
-    """Lines (N, 2, 3) of x, y and nearness, and their width in pixels and straight RGBA where seen and where hidden."""
+class Look:
+    """How lines are drawn: width in pixels, and straight RGBA where seen and where hidden."""
 
-    ends: NDArray[np.float64]
     width: float
     seen: tuple[float, float, float, float]
     hidden: tuple[float, float, float, float]
@@ -60,19 +60,25 @@ def face_thickness(
     tables = {
         kind: -np.log1p(-opacities[:, None] * share).astype(np.float32) for kind, opacities in opacity.items()
     }
+    low = np.array([np.floor(face.corners.min(axis=0)) for face in faces]).reshape(-1, 2)
+    high = np.array([np.ceil(face.corners.max(axis=0)) for face in faces]).reshape(-1, 2)
     period, stripe = (max(1, round(size * MULTIPLE)) for size in hatch)
     for bottom in range(0, height, BAND):
         top = min(bottom + BAND, height)
         band = _interpolated(scene, bottom, top)
         rows, columns = np.arange(bottom * MULTIPLE, top * MULTIPLE), np.arange(width * MULTIPLE)
         stripes = (rows[:, None] + columns) % period < stripe
-        for face in faces:
-            window = _window(face, bottom, top, width)
-            if window is not None:
+        first = np.maximum(low, (0, bottom)).astype(np.intp)
+        last = np.minimum(high, (width, top)).astype(np.intp)
+        for row in np.flatnonzero((first < last).all(axis=1)):
+            face = faces[row]
+            window = slice(first[row, 1], last[row, 1]), slice(first[row, 0], last[row, 0])
+            # Seen almost edge-on, a plane's nearness may leave the range of float32, on no more than a sub-pixel.
+            with np.errstate(over="ignore", invalid="ignore"):
                 seen = _seen(face, window, band, bottom)
-                if face.kind is Kind.OVERLAP:
-                    seen &= stripes[_finer(window[0], bottom), _finer(window[1])]
-                thickness[face.kind][window] += tables[face.kind][face.depth][_reduced(seen)]
+            if face.kind is Kind.OVERLAP:
+                seen &= stripes[_finer(window[0], bottom), _finer(window[1])]
+            thickness[face.kind][window] += tables[face.kind][face.depth][_reduced(seen)]
     return thickness
 
 
@@ -88,15 +94,6 @@ def _between(values: NDArray[np.float32], start: int, end: int, axis: int) -> ND
     share = (places - below).astype(np.float32)
     low, high = values.take(below, axis), values.take(np.minimum(below + 1, last), axis)
     return low + (share[:, None] if axis == 0 else share) * (high - low)
-
-
-def _window(face: Face, bottom: int, top: int, width: int) -> tuple[slice, slice] | None:
-    """The rows, from bottom to top, and columns of the picture that hold the face."""
-    low = np.maximum(np.floor(face.corners.min(axis=0)), (0, bottom))
-    high = np.minimum(np.ceil(face.corners.max(axis=0)), (width, top))
-    if not (low < high).all():
-        return None
-    return slice(int(low[1]), int(high[1])), slice(int(low[0]), int(high[0]))
 
 
 def _finer(pixels: slice, start: int = 0) -> slice:
@@ -131,29 +128,36 @@ def _spans(corners: NDArray[np.float64], y: NDArray[np.float64]) -> tuple[NDArra
 def _reduced(seen: NDArray[np.bool_]) -> NDArray[np.uint8]:
     """How many sub-pixels of each pixel are set."""
     rows = seen.view(np.uint8).reshape(-1, MULTIPLE, seen.shape[1]).sum(axis=1, dtype=np.uint8)
-    counts: NDArray[np.uint8] = rows.reshape(len(rows), -1, MULTIPLE).sum(axis=2, dtype=np.uint8)
+    counts: NDArray[np.uint8] = rows[:, ::MULTIPLE].copy()
+    for column in range(1, MULTIPLE):
+        counts += rows[:, column::MULTIPLE]
     return counts
 
 
-def line_layer(strokes: Sequence[Stroke], scene: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Premultiplied RGBA (H, W, 4) of at most 127 strokes, the first on top, hidden parts below all seen ones.
+def line_layer(
+    looks: Sequence[Look], lines: Iterable[tuple[int, NDArray[np.float64]]], scene: NDArray[np.float32]
+) -> NDArray[np.float32]:
+    """Premultiplied RGBA (H, W, 4) of lines.
 
-    A part is hidden where it is farther than the scene at its pixel and at the eight around it: lines lie in surfaces
-    so often that less would make them flicker.
+    `lines` are pairs of a row of `looks` and ends (N, 2, 3): x, y and nearness. The first of at most 127 looks lies
+    on top, hidden parts below all seen ones. A part is hidden where it is farther than the scene at its pixel and at
+    the eight around it: lines lie in surfaces so often that less would make them flicker.
     """
     height, width = scene.shape
     farthest = _farthest_around(scene).ravel()
-    styles = np.zeros(height * width * MULTIPLE**2, np.uint8)
-    colours = np.zeros((2 * len(strokes) + 1, 4), np.float32)
-    for number, stroke in enumerate(strokes):
-        hidden, seen = len(strokes) - number, 2 * len(strokes) - number
-        colours[hidden], colours[seen] = _premultiplied(stroke.hidden), _premultiplied(stroke.seen)
-        for place, nearness in _fragments(stroke, width, height):
+    painted = np.zeros(height * width * MULTIPLE**2, np.uint8)
+    for row, ends in lines:
+        hidden, seen = np.uint8(len(looks) - row), np.uint8(2 * len(looks) - row)
+        for place, nearness in _fragments(ends, looks[row].width, width, height):
             pixel = place // (width * MULTIPLE**2) * width + place % (width * MULTIPLE) // MULTIPLE
             is_seen = nearness >= farthest[pixel]
-            for style, here in ((hidden, place[~is_seen]), (seen, place[is_seen])):
-                styles[here] = np.maximum(styles[here], np.uint8(style))
-    cells = styles.reshape(height, MULTIPLE, width, MULTIPLE)
+            for number, here in ((hidden, place[~is_seen]), (seen, place[is_seen])):
+                painted[here] = np.maximum(painted[here], number)
+    colours = np.zeros((2 * len(looks) + 1, 4), np.float32)
+    for row, look in enumerate(looks):
+        colours[len(looks) - row] = _premultiplied(look.hidden)
+        colours[2 * len(looks) - row] = _premultiplied(look.seen)
+    cells = painted.reshape(height, MULTIPLE, width, MULTIPLE)
     drawn = cells.any(axis=(1, 3))
     layer = np.zeros((height, width, 4), np.float32)
     layer[drawn] = colours[cells.transpose(0, 2, 1, 3)[drawn]].mean(axis=(1, 2))
@@ -171,19 +175,19 @@ def _farthest_around(scene: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def _fragments(
-    stroke: Stroke, width: int, height: int
+    ends: NDArray[np.float64], line_width: float, width: int, height: int
 ) -> Iterator[tuple[NDArray[np.int64], NDArray[np.float32]]]:
-    """The sub-pixels of a stroke's lines, some more than once, and their nearness.
+    """The sub-pixels of lines, some more than once, and their nearness.
 
     A line has one step a sub-pixel along its longer side, and in each as many sub-pixels across as give its width.
     """
-    start = stroke.ends[:, 0] * (MULTIPLE, MULTIPLE, 1.0)
-    way = stroke.ends[:, 1] * (MULTIPLE, MULTIPLE, 1.0) - start
+    start = ends[:, 0] * (MULTIPLE, MULTIPLE, 1.0)
+    way = ends[:, 1] * (MULTIPLE, MULTIPLE, 1.0) - start
     steep = np.abs(way[:, 1]) > np.abs(way[:, 0])
     longer = np.abs(way[:, :2]).max(axis=1, initial=0.0)
     steps = np.maximum(np.ceil(longer), 1.0)
     slant = np.divide(np.linalg.norm(way[:, :2], axis=1), longer, out=np.ones_like(longer), where=longer > 0.0)
-    across = np.maximum(np.rint(stroke.width * MULTIPLE * slant), 1.0).astype(np.int64)
+    across = np.maximum(np.rint(line_width * MULTIPLE * slant), 1.0).astype(np.int64)
     count = steps.astype(np.int64) * across
     for first, last in _runs(count):
         line = np.repeat(np.arange(first, last), count[first:last])
@@ -202,4 +206,4 @@ def _runs(count: NDArray[np.int64]) -> Iterator[tuple[int, int]]:
     """Ranges of lines whose counts add up to about FRAGMENTS."""
     cuts = np.flatnonzero(np.diff(np.cumsum(count) // FRAGMENTS)) + 1
     bounds = [0, *cuts.tolist(), len(count)]
-    return ((first, last) for first, last in zip(bounds[:-1], bounds[1:], strict=True) if first < last)
+    return ((first, last) for first, last in pairwise(bounds) if first < last)

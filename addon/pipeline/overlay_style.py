@@ -8,7 +8,6 @@ through each other give that purple. The deeper a node, the thinner and paler: t
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .overlay import Kind
 
@@ -35,25 +34,39 @@ LEVELS = 12
 HIDDEN = 0.22
 """Opacity of a line behind the surface, relative to one in front of it."""
 
-DESIGN_HEIGHT = 720
-"""Widths are in pixels of a picture of this height."""
+DESIGN_SIZE = (960, 720)
+"""Widths are in pixels of a picture of this width and height."""
 
-HATCH_PERIOD, HATCH_WIDTH = 6.0, 2.5
+HATCH_PERIOD, HATCH_WIDTH, LEAST_HATCH_PERIOD = 6.0, 2.5, 4.0
+"""The last in pixels of any picture: finer stripes would be a tint."""
 
-FACE_OPACITY = {Kind.LEFT: 0.16, Kind.RIGHT: 0.16, Kind.OVERLAP: 0.55}
+FACE_OPACITY = {
+    Kind.LEFT: 0.16 * 0.5 ** np.arange(LEVELS),
+    Kind.RIGHT: 0.16 * 0.5 ** np.arange(LEVELS),
+    Kind.OVERLAP: 0.55 * 0.5 ** np.arange(LEVELS),
+}
+"""Of one face, by depth."""
+
+FACE_LEVELS = 8
+"""Faces of nodes at this depth and deeper are not filled: 8 bits a channel show no opacity below 1/510."""
 
 
 def line_width(kind: Kind, depth: int) -> float:
-    """Pixels at DESIGN_HEIGHT."""
+    """Pixels of a picture of DESIGN_SIZE."""
     width = max(2.4 * 0.78**depth, 0.5)
     return width if kind in (Kind.LEFT, Kind.RIGHT) else 0.75 * width
 
 
-def line_opacity(depth: int) -> float:
-    return max(0.95 * 0.8**depth, 0.15)
+def line_rank(kind: Kind, depth: int) -> int:
+    """Lines of a lower rank lie on top: those nearer the root, and at one depth the clip planes.
+
+    All edges of a box but the root's lie on edges of clip planes above it. Leaves go before the planes two levels up,
+    or they would never be seen.
+    """
+    ahead = {Kind.LEFT: 0, Kind.RIGHT: 1, Kind.BOX: 2, Kind.LEAF_BOX: -8}
+    return 4 * depth + ahead[kind]
 
 
-def face_opacity(kind: Kind) -> NDArray[np.float64]:
-    """Of one face at each depth below LEVELS; 0 where 8 bits a channel could not show it."""
-    opacity = FACE_OPACITY[kind] * 0.5 ** np.arange(LEVELS)
-    return np.where(opacity < 0.5 / 255.0, 0.0, opacity)
+def line_opacity(kind: Kind, depth: int) -> float:
+    """Leaves fade less: they are where the triangles are, and the last to be reached."""
+    return max(0.95 * 0.8**depth, 0.35 if kind is Kind.LEAF_BOX else 0.15)

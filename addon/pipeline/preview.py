@@ -25,7 +25,10 @@ from .scene import SceneData
 from .settings import Settings
 
 Progress = Callable[[str, float], bool | None]
-"""Gets a stage ("build", "trace", "overlay" or "write") and how much of it is done, 0 to 1; cancels by returning False."""
+"""Gets a stage ("build", "trace", "overlay" or "write") and how much of it is done, 0 to 1; False cancels."""
+
+TREE_OPTIONS = ("structure", "precision", "leaf_size", "threads")
+"""The settings that bihtree.Tree takes, by the same names."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +70,8 @@ def check_outputs(outputs: Outputs) -> None:
 def trace(
     scene: SceneData, settings: Settings, *, export_seconds: float = 0.0, progress: Progress | None = None
 ) -> Preview:
-    """Build the tree once and trace the picture.
+    """Build the tree once and trace the picture. The tree borrows the arrays of a scene that is one mesh not moved:
+    they become read-only.
 
     Raises UserError for a scene without a camera or triangles, or with a vertex that is not finite, and
     bihtree.Cancelled where `progress` returns False.
@@ -77,16 +81,8 @@ def trace(
     started = perf_counter()
     vertices, triangles = scene.flatten()
     flatten_seconds = perf_counter() - started
-    tree = bihtree.Tree(
-        vertices,
-        triangles,
-        structure=settings.structure,
-        precision=settings.precision,
-        leaf_size=settings.leaf_size,
-        threads=settings.threads,
-        copy=False,
-        progress=_stage(progress, "build"),
-    )
+    chosen: dict[str, Any] = {name: getattr(settings, name) for name in TREE_OPTIONS}
+    tree = bihtree.Tree(vertices, triangles, **chosen, copy=False, progress=_stage(progress, "build"))
     # The plain pictures and the overlay are made of these two, whatever passes were asked for.
     traced = tuple(dict.fromkeys((*settings.passes, "combined", "depth")))
     started = perf_counter()
@@ -172,7 +168,7 @@ def write(
 def summary(report: Mapping[str, Any]) -> list[str]:
     """The report in five lines for a person, and one more where triangles were rejected."""
     lines = [
-        f"export {report['export_seconds']:9.3f} s   {report['meshes']:,} meshes, {report['instances']:,} instances",
+        f"export {report['export_seconds']:9.3f} s   {report['vertices']:,} vertices",
         f"build  {report['build_seconds']:9.3f} s   {report['triangles']:,} triangles, {report['nodes']:,} nodes",
         f"trace  {report['trace_seconds']:9.3f} s   {report['width']:,} x {report['height']:,} pixels",
         f"tree   {report['bytes_per_triangle']:9.1f} bytes a triangle",
@@ -201,14 +197,14 @@ def _check_geometry(scene: SceneData) -> None:
 
 
 def _overlay(preview: Preview, scene: SceneData, settings: Settings) -> NDArray[np.uint8]:
-    depth = settings.overlay_depth
+    depth, stats = settings.overlay_depth, preview.tree.stats
     return overlay_picture.draw_overlay(
         preview.passes["combined"],
         preview.passes["depth"],
         preview.tree.nodes(max_depth=depth),
         _camera_of(scene),
         depth,
-        caption={name: str(preview.report[name]) for name in ("scene", "triangles", "nodes", "leaves")},
+        caption={"scene": scene.name, "whole tree": f"{stats.nodes:,} nodes, {stats.depth} deep"},
     )
 
 

@@ -21,4 +21,3 @@ def registered(scene: bpy.types.Scene) -> Iterator[bpy.types.Scene]:
     """The scene, with the add-on registered while the test runs."""
     with registration.registered():
         yield scene
-        scene.render.engine = "BLENDER_WORKBENCH"

@@ -246,7 +246,7 @@ def test_what_has_no_triangles_is_named(scene):
 
 
 def test_lights(scene):
-    sun, point, spot = (add_light(kind, energy=energy) for kind, energy in (("SUN", 3), ("POINT", 80), ("SPOT", 20)))
+    sun, point, _ = (add_light(kind, energy=energy) for kind, energy in (("SUN", 3), ("POINT", 80), ("SPOT", 20)))
     sun.rotation_euler, sun.data.color = (np.pi / 2, 0, 0), (1, 0.5, 0.25)
     point.location = (1, 2, 3)
     point.scale = (2, 2, 2)

@@ -51,8 +51,6 @@ def test_nothing_leaks_out_of_a_sphere(dtype, scale, offset, kind):
     assert leaks == 0
 
 
-
-
 def cells_of_a_cube(size):
     """A closed cube [0, size]^3 of unit squares, each two triangles, every edge shared by two of them."""
     flat = meshes.grid(size, size, np.float64)

@@ -50,7 +50,7 @@ def test_rays_in_the_plane_of_a_flat_mesh_miss_and_others_hit(variant, axis):
 
 @every_tree
 def test_rays_in_the_sides_of_the_bounds(variant):
-    """Along each of the 12 edges and in each of the 6 sides of the box around one slanted triangle and a distant one."""
+    """Along each of the 12 edges and in each of the 6 sides of the box around two slanted triangles."""
     mesh = meshes.from_corners([[[0, 0, 0], [4, 0, 4], [0, 4, 4]], [[8, 8, 8], [8, 4, 0], [4, 8, 0]]])
     oracle, tree = Oracle(*mesh), variant.tree(*mesh)
     origins, directions = [], []

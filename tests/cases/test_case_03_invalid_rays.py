@@ -19,7 +19,17 @@ def every_ray():
     origins = [good_o] + [tuple(np.where(np.arange(3) == i, value, good_o)) for i in range(3) for value in special]
     directions = [good_d, (0.0, 0.0, 0.0), (-0.0, 0.0, -0.0)]
     directions += [tuple(np.where(np.arange(3) == i, value, good_d)) for i in range(3) for value in special]
-    limits = [(0.0, INF), (-INF, INF), (-INF, 3.0), (NAN, INF), (0.0, NAN), (INF, INF), (-INF, -INF), (2.0, 1.0), (INF, -INF)]
+    limits = [
+        (0.0, INF),
+        (-INF, INF),
+        (-INF, 3.0),
+        (NAN, INF),
+        (0.0, NAN),
+        (INF, INF),
+        (-INF, -INF),
+        (2.0, 1.0),
+        (INF, -INF),
+    ]
     rays = list(itertools.product(origins, directions, limits))
     o, d, limit = (np.array(part) for part in zip(*rays, strict=True))
     return o, d, limit[:, 0], limit[:, 1]
@@ -50,7 +60,7 @@ def test_an_empty_but_sound_interval_is_a_plain_miss(variant):
 def test_invalid_rays_cost_nothing(variant):
     mesh = meshes.terrain(20)
     tree = variant.tree(*mesh)
-    origins, directions, t_min, t_max = every_ray()
+    origins, directions, _, _ = every_ray()
     bad = ~(np.isfinite(origins).all(axis=1) & np.isfinite(directions).all(axis=1) & directions.any(axis=1))
     nodes, tests = tree.traversal_cost(origins[bad], directions[bad])
     assert not nodes.any() and not tests.any()

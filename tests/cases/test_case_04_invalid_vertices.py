@@ -57,7 +57,8 @@ def test_a_bad_vertex_that_no_triangle_uses_does_no_harm(variant):
 
 @every_tree
 @pytest.mark.parametrize(
-    ("dtype", "size"), [(np.float32, 3.4e38), (np.float32, 1e20), (np.float64, 1e30), (np.float64, 1e39), (np.float64, 1e300)]
+    ("dtype", "size"),
+    [(np.float32, 3.4e38), (np.float32, 1e20), (np.float64, 1e30), (np.float64, 1e39), (np.float64, 1e300)],
 )
 def test_the_largest_finite_vertices_are_traced(variant, dtype, size):
     """Sums of such coordinates overflow float32, and for the last one float64."""

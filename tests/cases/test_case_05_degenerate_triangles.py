@@ -49,7 +49,7 @@ def test_models_with_degenerate_triangles(variant, name):
 
 
 def fans(count):
-    """`count` triangles with the same centre of their bounds and of their corners; number i crosses x = 0.5 at z = i / 2^21."""
+    """`count` triangles with one centre, of bounds and of corners; row i crosses x = 0.5 at z = (i + 1) / 2^21."""
     height = np.arange(1, count + 1)[:, None] / 2.0**20
     corners = np.tile(np.array([[-1, -1, 0], [1, -1, 0], [0, 1, 0]], np.float64), (count, 1, 1))
     corners[:, :, 2] = height * [-1, 1, 0]

@@ -75,7 +75,9 @@ def test_a_line_of_triangles_sorted_or_reversed(variant, turn, axis):
 @every_tree
 def test_all_in_one_slanted_plane(variant):
     flat = meshes.grid(8, 8)
-    mesh = meshes.Triangles((flat.vertices @ np.array([[1, 0, 2], [0, 1, -1], [0, 0, 0]])).astype(np.float32), flat.triangles)
+    mesh = meshes.Triangles(
+        (flat.vertices @ np.array([[1, 0, 2], [0, 1, -1], [0, 0, 0]])).astype(np.float32), flat.triangles
+    )
     rng = np.random.default_rng(1)
     rays = joined(around(mesh, 60, rng), at_features(mesh, 60, rng))
     assert assert_true(variant.tree(*mesh), Oracle(*mesh), *rays).hit.sum() > 60

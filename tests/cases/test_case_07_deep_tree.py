@@ -13,7 +13,7 @@ DEEPEST = 125  # and ranges of what is left 29 times more at most
 
 
 def towards_zero(steps, bunch, dtype):
-    """One triangle about 2^-k (1, 1, 1) for each k, and `bunch` coincident ones at the end: each halving parts off one."""
+    """One triangle about 2^-k (1, 1, 1) for each k, parted off by a halving, and `bunch` coincident ones at the end."""
     size = 2.0 ** -np.arange(steps)[:, None, None]
     shape = np.array([[1.0, 1.0, 1.0], [1.25, 1.0, 1.0], [1.0, 1.25, 1.125]])
     corners = np.vstack([shape * size, np.repeat(shape[None] * size[-1:], bunch, axis=0)])
@@ -49,7 +49,10 @@ def test_nested_clusters(variant):
     """A cluster in the corner of a cluster, 12 times over, each 1000 times smaller: deep and wide at once."""
     clusters = [meshes.soup(12, seed=level) for level in range(12)]
     mesh = meshes.joined(
-        *(meshes.Triangles(part.vertices * np.float32(10.0 ** (-3 * level)), part.triangles) for level, part in enumerate(clusters))
+        *(
+            meshes.Triangles(part.vertices * np.float32(10.0 ** (-3 * level)), part.triangles)
+            for level, part in enumerate(clusters)
+        )
     )
     tree = variant.tree(*mesh)
     tree.validate()

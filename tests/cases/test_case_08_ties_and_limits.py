@@ -41,7 +41,13 @@ def test_limits_that_no_float_can_equal(variant):
     tree = variant.tree(*meshes.sheets(1))
     third, origin, direction = 1 / 3, [[0.25, 0.25, 1.0]], [[0, 0, -3.0]]  # the double 1 / 3 is below the fraction
     above = np.nextafter(third, 1)
-    for t_min, t_max, found in [(third, above, True), (above, 2, False), (0, third, False), (0, above, True), (third, third, False)]:
+    for t_min, t_max, found in [
+        (third, above, True),
+        (above, 2, False),
+        (0, third, False),
+        (0, above, True),
+        (third, third, False),
+    ]:
         assert tree.intersect(origin, direction, t_min=t_min, t_max=t_max).hit.tolist() == [found]
         assert tree.occluded(origin, direction, t_min=t_min, t_max=t_max).tolist() == [found]
 
@@ -83,7 +89,7 @@ def test_duplicates_give_the_lower_row_in_any_order(variant):
         once = variant.tree(*sphere).intersect(*rays)
         hits = variant.tree(twice.vertices, rows).intersect(*rays)
         assert np.array_equal(hits.t, once.t)
-        # A ray through an edge may find the neighbour's copy lower; away from edges the copy of the same triangle is found.
+        # A ray through an edge may find the neighbour's copy; away from edges it is a copy of the same triangle.
         inner = once.hit & (once.u > 1e-3) & (once.v > 1e-3) & (once.u + once.v < 1 - 1e-3)
         assert inner.sum() > 100
         assert np.array_equal(hits.triangle[inner], lowest[once.triangle[inner]])

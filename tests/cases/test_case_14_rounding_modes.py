@@ -14,7 +14,7 @@ from tests.agreement import assert_same
 from tests.rays import around, at_features, joined
 from tests.variants import every_tree
 
-# Bits of the control word that glibc's fenv_t holds: its offset, flush and denormals-are-zero, rounding down, up, to zero.
+# The control word in glibc's fenv_t: its offset, and the bits of each mode.
 WORDS = {
     "x86_64": (28, {"flush-to-zero": 0x8040, "down": 0x2000, "up": 0x4000, "towards-zero": 0x6000}),
     "aarch64": (0, {"flush-to-zero": 1 << 24, "down": 2 << 22, "up": 1 << 22, "towards-zero": 3 << 22}),
@@ -81,7 +81,11 @@ def test_same_bits(variant, mode, dtype):
         assert hits.hit.sum() > 200
         with floating_point(mode):
             again = variant.tree(*mesh)
-            hits_again, occluded_again, cost_again = again.intersect(*rays), again.occluded(*rays), again.traversal_cost(*rays)
+            hits_again, occluded_again, cost_again = (
+                again.intersect(*rays),
+                again.occluded(*rays),
+                again.traversal_cost(*rays),
+            )
         assert_same(hits_again, hits)
         assert np.array_equal(occluded_again, occluded)
         assert np.array_equal(cost_again, cost)

@@ -1,4 +1,4 @@
-"""Short sweeps over stiffness: one scene, one number that grows by orders of magnitude, every answer decided exactly."""
+"""Short sweeps over stiffness: one number grows by orders of magnitude, and every answer is decided exactly."""
 
 import numpy as np
 import pytest
@@ -87,7 +87,7 @@ def test_scale_ratio(variant, k):
 @pytest.mark.parametrize("spacing", [0.0, 2.0**-40])
 @pytest.mark.parametrize("k", [0, 4, 8, 12])
 def test_depth_complexity(variant, k, spacing):
-    """2^k sheets at one place or a hair apart; the last is the first that a ray from above meets."""
+    """2^k sheets at one place or a hair apart; a ray from above meets the last one first."""
     count = 2**k
     mesh = meshes.sheets(count, spacing, np.float64)
     tree = variant.tree(*mesh)
@@ -114,7 +114,7 @@ def test_overlap(variant, k):
 @both_dtypes
 @pytest.mark.parametrize("k", [None, 1, 7, 20, 38, 45])
 def test_direction(variant, dtype, k):
-    """One or two components of the direction are 0, -0 or 10^-k of the largest, the last of these subnormal in float32."""
+    """One or two components of the direction are 0, -0 or 10^-k of the largest, then subnormal in float32."""
     mesh = meshes.icosphere(2, dtype=dtype)
     rng = np.random.default_rng(1)
     small = 0.0 if k is None else 10.0**-k
@@ -133,7 +133,7 @@ def test_direction(variant, dtype, k):
 @every_tree
 @pytest.mark.parametrize("k", [-140, -100, -60, 60, 120])
 def test_magnitude(variant, k):
-    """All coordinates times 2^k: products of three underflow or overflow float32, and at the ends nothing else does."""
+    """All coordinates times 2^k: products of three underflow or overflow float32."""
     sphere = meshes.icosphere(2)
     mesh = meshes.Triangles(np.ldexp(sphere.vertices, k), sphere.triangles)
     hits = assert_true(variant.tree(*mesh), Oracle(*mesh), *rays_at(mesh, np.float32))
@@ -158,7 +158,7 @@ def test_magnitude_of_float64(variant, k):
 @both_dtypes
 @pytest.mark.parametrize("k", [-149, -126, -60, 60, 126])
 def test_length_of_the_direction(variant, dtype, k):
-    """t is in units of it; where t is too large for float32 it is inf, and the triangle is still named."""
+    """t is in units of it; where it is too large for float32 it is the largest float32, and the triangle is named."""
     mesh = meshes.icosphere(2, dtype=dtype)
     rng = np.random.default_rng(1)
     directions = np.where(rng.random((40, 3)) < 0.4, 0, rng.choice([-1.0, 1.0], (40, 3)))

@@ -61,7 +61,12 @@ def test_just_outside_or_in_the_plane_is_a_miss(origin, direction):
 
 @pytest.mark.parametrize(
     "corners",
-    [((0, 0, 0),) * 3, ((0, 0, 0), (1, 0, 0), (1, 0, 0)), ((0, 0, 0), (1, 1, 0), (2, 2, 0)), ((1, 0, 0), (2, 0, 0), (0, 0, 0))],
+    [
+        ((0, 0, 0),) * 3,
+        ((0, 0, 0), (1, 0, 0), (1, 0, 0)),
+        ((0, 0, 0), (1, 1, 0), (2, 2, 0)),
+        ((1, 0, 0), (2, 0, 0), (0, 0, 0)),
+    ],
 )
 def test_no_area_no_hit(corners):
     assert cross((0, 0, 1), (0, 0, -1), corners) is None
@@ -152,7 +157,14 @@ def test_the_filter_leaves_out_most():
 
 @pytest.mark.parametrize(
     ("value", "step"),
-    [(1, -23), (Fraction(3, 2), -23), (2, -22), (Fraction(2**24 - 1, 2**24), -24), (0, -149), (Fraction(1, 2**140), -149)],
+    [
+        (1, -23),
+        (Fraction(3, 2), -23),
+        (2, -22),
+        (Fraction(2**24 - 1, 2**24), -24),
+        (0, -149),
+        (Fraction(1, 2**140), -149),
+    ],
 )
 def test_ulp_of_float32(value, step):
     assert ulp(Fraction(value), np.float32) == Fraction(2) ** step == ulp(-Fraction(value), np.float32)

@@ -47,7 +47,9 @@ class Comparison:
 def hundred_thousand(mesh: Triangles, seed: int = 1) -> Rays:
     """49,304 camera rays, on lattices so that some run through vertices of a regular mesh; 50,696 random ones."""
     rng = np.random.default_rng(seed)
-    cameras = make.joined(make.pinhole(mesh, 241, 121), make.pinhole(mesh, 61, 61, axis=0), make.parallel(mesh, 161, 102, axis=1))
+    cameras = make.joined(
+        make.pinhole(mesh, 241, 121), make.pinhole(mesh, 61, 61, axis=0), make.parallel(mesh, 161, 102, axis=1)
+    )
     count = 100_000 - len(cameras.origins)
     return make.joined(cameras, make.around(mesh, count - 5_000, rng), make.at_features(mesh, 5_000, rng))
 
@@ -62,8 +64,8 @@ def embree_triangles(mesh: Triangles, rays: Rays) -> NDArray[np.int32]:
     return np.asarray(scene.run(rays.origins, rays.directions, query="INTERSECT"), np.int32)
 
 
-def compare(name: str, sample: int = 300) -> Comparison:
-    """100,000 rays on the mesh as float32, which is all that embreex can see; `sample` agreed rays are decided as well."""
+def compare(name: str, sample: int = 1000) -> Comparison:
+    """100,000 rays on the mesh as float32, all that embreex can see; `sample` agreed rays are decided as well."""
     mesh = shared_mesh(name).astype(np.float32)
     rays = hundred_thousand(mesh)
     oracle = Oracle(*mesh)
@@ -80,7 +82,9 @@ def compare(name: str, sample: int = 300) -> Comparison:
         right += bool(ours.triangle[ray] == answer)
         peer_right += bool(embree[ray] == answer)
         at = repr(float(hits[0].t)) if hits else "inf"
-        lines.append(f"{name} ray {ray}: ours {ours.triangle[ray]}, embree {embree[ray]}, truth {answer} of {len(hits)} at {at}")
+        lines.append(
+            f"{name} ray {ray}: ours {ours.triangle[ray]}, embree {embree[ray]}, truth {answer} of {len(hits)} at {at}"
+        )
     truth += oracle.closest(rays.origins[same], rays.directions[same])
     chosen = np.concatenate([differ, same])
     wrong = faults(_rows(ours, chosen), truth)

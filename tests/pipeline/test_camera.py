@@ -90,8 +90,8 @@ def test_framing_fills_the_picture_and_keeps_it_upright(scale: float) -> None:
     assert x[4] > x[0]  # and its right ones, seen from the front
 
 
-@pytest.mark.parametrize("size", [(0, 10), (10, 0), (-3, 5)])
-def test_a_picture_without_pixels_is_wrong_usage(size: tuple[int, int]) -> None:
+@pytest.mark.parametrize("size", [(0, 10), (10, 0), (-3, 5), (65537, 1), (1, 65537)])
+def test_a_picture_of_no_pixels_or_too_many_is_wrong_usage(size: tuple[int, int]) -> None:
     for make in (
         lambda: CameraView(np.eye(4), *size, 0.1, perspective=True),
         lambda: framing_view(np.array([[0.0] * 3, [1.0] * 3]), *size),

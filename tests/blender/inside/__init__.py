@@ -1,0 +1,1 @@
+"""Scripts that the tests hand to a real Blender: `blender … --python SCRIPT -- ARGUMENTS`."""

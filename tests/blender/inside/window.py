@@ -1,0 +1,67 @@
+"""In a window: the Render properties beside an Image Editor, render as the panel's button does, take a screenshot.
+
+Arguments: SCREENSHOT REPORT WIDTH HEIGHT. REPORT.json says where the Image Editor's pixels are in the window.
+Blender draws between the calls of a timer, so every step is one call, and the last one quits.
+"""
+
+import json
+import subprocess
+import sys
+import traceback
+from collections.abc import Iterator
+from pathlib import Path
+
+import bpy
+
+PAUSE = 0.5
+screenshot, report, width, height = sys.argv[sys.argv.index("--") + 1 :]
+rendered = []
+
+
+def steps() -> Iterator[None]:
+    window = bpy.context.window_manager.windows[0]
+    scene = window.scene
+    scene.render.engine = "BIH_PREVIEW"
+    scene.render.resolution_x, scene.render.resolution_y = int(width), int(height)
+    scene.render.resolution_percentage = 100
+    areas = window.screen.areas
+    properties = next(area for area in areas if area.type == "PROPERTIES")
+    properties.spaces[0].context = "RENDER"
+    editor = max(areas, key=lambda area: area.width * area.height)
+    editor.type = "IMAGE_EDITOR"
+    yield
+    region = next(region for region in properties.regions if region.type == "WINDOW")
+    with bpy.context.temp_override(window=window, area=properties, region=region):
+        assert bpy.ops.render.render("INVOKE_DEFAULT") == {"RUNNING_MODAL"}
+    while not rendered:
+        yield
+    editor.spaces[0].image = bpy.data.images["Render Result"]
+    yield
+    region = next(region for region in editor.regions if region.type == "WINDOW")
+    with bpy.context.temp_override(window=window, area=editor, region=region):
+        bpy.ops.image.view_zoom_ratio(ratio=1.0)
+    for _ in range(4):
+        yield
+    subprocess.run(["import", "-window", "root", screenshot], check=True)
+    place = {name: getattr(region, name) for name in ("x", "y", "width", "height")}
+    Path(report).write_text(json.dumps(place | {"window_height": window.height, "engines": scene.render.engine}))
+
+
+def next_step() -> float | None:
+    try:
+        next(script)
+    except StopIteration:
+        bpy.ops.wm.quit_blender()
+        return None
+    except Exception:
+        traceback.print_exc()
+        bpy.ops.wm.quit_blender()
+        return None
+    return PAUSE
+
+
+script = steps()
+bpy.context.preferences.view.show_splash = False
+bpy.context.preferences.view.render_display_type = "NONE"
+bpy.app.handlers.render_complete.append(lambda *_: rendered.append(True))
+bpy.app.timers.register(next_step, first_interval=2 * PAUSE)

@@ -1,0 +1,64 @@
+"""The real Blender and the packaged extension, for the tests that need them."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+from typing import NoReturn
+
+import numpy as np
+import OpenImageIO as oiio
+import pytest
+from numpy.typing import NDArray
+
+from tools import real_blender
+from tools.real_blender import RealBlender
+
+PROJECT = Path(__file__).resolve().parents[2]
+INSIDE = Path(__file__).parent / "inside"
+BUNNY = PROJECT / "examples" / "bunny.blend"
+SECONDS = 300
+"""Longer than anything here takes; a Blender that hangs is a failure, not a wait."""
+
+
+def blender() -> RealBlender:
+    """The real Blender; the test is skipped where there is none, or fails where continuous integration needs it."""
+    try:
+        return real_blender.find()
+    except real_blender.Unavailable as error:
+        unavailable(error)
+
+
+def unavailable(error: real_blender.Unavailable) -> NoReturn:
+    if os.environ.get("CI"):
+        pytest.fail(f"CI is set, and this is missing: {error}")
+    pytest.skip(f"missing: {error}")
+
+
+@cache
+def extension() -> Path:
+    """The zip that `make package` makes, of the sources as they are now."""
+    run = subprocess.run(
+        [sys.executable, PROJECT / "tools" / "package.py"], capture_output=True, text=True, check=False
+    )
+    assert run.returncode == 0, run.stderr
+    return Path(run.stdout.strip())
+
+
+def run(command: list[str], profile: Path | None = None) -> subprocess.CompletedProcess[str]:
+    """The command in the project's folder, with Blender's settings in `profile`; its output is text."""
+    settings = {"BLENDER_USER_RESOURCES": str(profile)} if profile else {}
+    return subprocess.run(
+        command, cwd=PROJECT, env=os.environ | settings, capture_output=True, text=True, check=False, timeout=SECONDS
+    )
+
+
+def read(path: Path) -> NDArray[np.uint8]:
+    """(height, width, channels) as the file holds them, first row at the top."""
+    image = oiio.ImageBuf(str(path))
+    assert not image.has_error, image.geterror()
+    assert image.spec().format == oiio.UINT8
+    return np.asarray(image.get_pixels(oiio.UINT8))

@@ -1,0 +1,235 @@
+"""F12 in the wheel: what Blender saves of the Render Result is what the pipeline traced."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import bpy
+import numpy as np
+import OpenImageIO
+import pytest
+from bpy_extras.object_utils import world_to_camera_view
+from numpy.typing import NDArray
+
+from addon.blender.engine import BihPreviewEngine, blender_passes, wanted_passes
+from addon.blender.scene_file import rendered_scene
+from addon.pipeline import preview
+from addon.pipeline.image import MISS_DEPTH
+from addon.pipeline.settings import PASSES, Settings
+from tests.blender.scenes import add, add_camera, add_light, add_mesh
+from tests.meshes import icosphere
+
+WIDTH, HEIGHT = 40, 30
+
+
+@pytest.fixture
+def ball(registered: bpy.types.Scene) -> bpy.types.Scene:
+    """A ball to the upper left of the picture's middle, and two lights."""
+    owner = add_mesh("Ball", icosphere(3))
+    camera = add_camera((0.0, -6.0, 0.0))
+    owner.location = (-0.8, 0.0, 0.6)
+    add_light("SUN").rotation_euler = (0.4, 0.3, 0.0)
+    add_light("POINT", (3.0, -4.0, 2.0), 200.0)
+    registered.render.engine = "BIH_PREVIEW"
+    registered.render.resolution_x, registered.render.resolution_y = WIDTH, HEIGHT
+    assert registered.camera == camera
+    return registered
+
+
+def render(scene: bpy.types.Scene, folder: Path) -> dict[str, NDArray[np.float32]]:
+    """Render Result by pass: (H, W, C) float32, the first row at the bottom."""
+    output = scene.render.image_settings
+    if hasattr(output, "media_type"):
+        output.media_type = "MULTI_LAYER_IMAGE"
+    output.file_format, output.color_depth = "OPEN_EXR_MULTILAYER", "32"
+    scene.render.filepath = str(folder / "render.exr")
+    assert bpy.ops.render.render(write_still=True) == {"FINISHED"}
+    return read(folder / "render.exr")
+
+
+def read(path: Path) -> dict[str, NDArray[np.float32]]:
+    passes: dict[str, dict[str, NDArray[np.float32]]] = {}
+    file = OpenImageIO.ImageInput.open(str(path))
+    part = 0
+    while file.seek_subimage(part, 0):
+        pixels = file.read_image(OpenImageIO.FLOAT).reshape(file.spec().height, file.spec().width, -1)[::-1]
+        for index, channel in enumerate(file.spec().channelnames):
+            name, _, letter = channel.rpartition(".")
+            passes.setdefault(name, {})[letter] = pixels[..., index]
+        part += 1
+    file.close()
+    return {
+        name: np.stack([channels[letter] for letter in sorted(channels, key="RGBAXYZ".index)], axis=2)
+        for name, channels in passes.items()
+    }
+
+
+def traced(scene: bpy.types.Scene, settings: Settings | None = None) -> dict[str, NDArray[np.generic]]:
+    data, _ = rendered_scene(scene, WIDTH, HEIGHT)
+    scene.render.engine = "BIH_PREVIEW"
+    return preview.trace(data, settings or Settings()).passes
+
+
+def joined(passes: dict[str, NDArray[np.float32]], name: str, layer: str = "ViewLayer") -> NDArray[np.float32]:
+    return np.concatenate([passes[f"{layer}.{label}"] for label, _ in blender_passes(name)], axis=2)
+
+
+def test_every_pass_is_what_the_pipeline_traced(ball, tmp_path):
+    shown = render(ball, tmp_path)
+    expected = traced(ball)
+    assert np.isinf(expected["depth"]).any() and np.isfinite(expected["depth"]).any()
+    for name in PASSES:
+        wanted = expected[name].astype(np.float32)
+        if name == "depth":
+            wanted[np.isinf(wanted)] = MISS_DEPTH
+        np.testing.assert_array_equal(joined(shown, name), wanted, err_msg=name)
+
+
+def test_the_picture_is_the_right_way_up(ball, tmp_path):
+    """The pixel in which Blender sees the ball's nearest point holds it, its depth and its normal."""
+    shown = render(ball, tmp_path)
+    camera, centre = ball.camera, bpy.data.objects["Ball"].location
+    towards = (camera.location - centre).normalized()
+    seen = world_to_camera_view(ball, camera, centre + towards)
+    column, row = int(seen.x * WIDTH), int(seen.y * HEIGHT)
+    assert column < WIDTH / 2 < WIDTH - column and row > HEIGHT / 2
+    pixel = {name: joined(shown, name)[row, column] for name in PASSES}
+    np.testing.assert_allclose(pixel["position"], centre + towards, atol=0.2)
+    np.testing.assert_allclose(pixel["depth"], 6.0 + pixel["position"][1], atol=1e-4)
+    assert pixel["normal"] @ np.array(towards) > 0.97
+    assert 0 <= pixel["triangle"] < 20 * 4**3
+    assert pixel["combined"][3] == 1 and (pixel["combined"][:3] > 0).all()
+    assert joined(shown, "triangle")[0, -1] == -1 and (joined(shown, "combined")[0, -1] == 0).all()
+
+
+def test_only_the_chosen_passes(ball, tmp_path):
+    ball.bih.passes = {"normal"}
+    assert set(render(ball, tmp_path)) == {"ViewLayer.Combined", "ViewLayer.Normal"}
+
+
+def test_passes_that_the_view_layer_asks_for(ball, tmp_path):
+    ball.bih.passes = {"combined"}
+    layer = ball.view_layers[0]
+    assert wanted_passes(layer, ball.bih.passes) == ("combined",)
+    layer.use_pass_z = layer.use_pass_position = True
+    shown = render(ball, tmp_path)
+    assert set(shown) == {"ViewLayer.Combined", "ViewLayer.Depth", "ViewLayer.Position"}
+    expected = traced(ball)
+    hit = np.isfinite(expected["depth"])
+    np.testing.assert_array_equal(joined(shown, "depth")[hit], expected["depth"][hit])
+
+
+def test_samples_and_shadows_reach_the_trace(ball, tmp_path):
+    ball.bih.samples, ball.bih.shadows = 4, False
+    shown = joined(render(ball, tmp_path), "combined")
+    expected = traced(ball, Settings(samples=4, shadows=False))["combined"]
+    np.testing.assert_array_equal(shown, expected)
+    assert (expected != traced(ball)["combined"]).any()
+
+
+@pytest.mark.parametrize("crop", [False, True])
+@pytest.mark.parametrize("border", [(0.25, 0.75, 0.4, 0.9), (0.31, 0.62, 0.07, 0.77)])
+def test_a_border_shows_its_part_of_the_picture(ball, tmp_path, border, crop):
+    expected = traced(ball)["combined"]
+    shape = ball.render
+    shape.use_border, shape.use_crop_to_border = True, crop
+    shape.border_min_x, shape.border_max_x, shape.border_min_y, shape.border_max_y = border
+    shown = joined(render(ball, tmp_path), "combined")
+    left, right = (int(side * WIDTH + 1e-4) for side in border[:2])
+    bottom, top = (int(side * HEIGHT + 1e-4) for side in border[2:])
+    inside = expected[bottom:top, left:right]
+    assert inside.any()
+    if crop:
+        np.testing.assert_array_equal(shown, inside)
+    else:
+        whole = np.zeros_like(expected)
+        whole[bottom:top, left:right] = inside
+        np.testing.assert_array_equal(shown, whole)
+
+
+def test_each_view_layer_has_its_own_picture(ball, tmp_path):
+    other = ball.view_layers.new("Without the ball")
+    collection = bpy.data.collections.new("Box")
+    ball.collection.children.link(collection)
+    bpy.data.objects["Ball"].users_collection[0].objects.unlink(bpy.data.objects["Ball"])
+    collection.objects.link(bpy.data.objects["Ball"])
+    add_mesh("Cube")
+    other.layer_collection.children["Box"].exclude = True
+    shown = render(ball, tmp_path)
+    both, alone = (joined(shown, "triangle", layer.name) for layer in ball.view_layers)
+    assert both.max() >= 12 > alone.max() >= 0
+
+
+def test_the_summary_is_kept_for_the_panel(ball, tmp_path):
+    render(ball, tmp_path)
+    assert len(BihPreviewEngine.last_summary) >= 5
+    assert any("1,280 triangles" in line for line in BihPreviewEngine.last_summary)
+
+
+def fails_with(words: str) -> None:
+    with pytest.raises(RuntimeError) as caught:
+        bpy.ops.render.render()
+    assert words in str(caught.value) and len(str(caught.value).strip().splitlines()) == 1
+
+
+def test_errors_are_reported(ball):
+    ball.render.use_multiview = True
+    fails_with("stereoscopic")
+    ball.render.use_multiview = False
+    ball.camera.data.type = "PANO"
+    fails_with("panoramic")
+    ball.camera.data.type = "PERSP"
+    bpy.data.objects["Ball"].data.vertices[3].co.x = float("nan")
+    fails_with("'Ball': vertex 3")
+    bpy.data.objects.remove(bpy.data.objects["Ball"])
+    add("Empty", None)
+    fails_with("no mesh")
+    add_mesh("Cube")
+    assert bpy.ops.render.render() == {"FINISHED"}
+
+
+def test_a_bug_is_reported_too(ball, monkeypatch):
+    def broken(*_: object, **__: object) -> None:
+        raise ZeroDivisionError("a bug")
+
+    monkeypatch.setattr(preview, "trace", broken)
+    fails_with("ZeroDivisionError: a bug")
+
+
+def test_progress_and_cancel(ball, monkeypatch):
+    seen: list[tuple[str, float]] = []
+
+    def stop(_: object, stage: str, fraction: float) -> bool:
+        seen.append((stage, fraction))
+        return stage != "trace"
+
+    def shown(*_: object) -> None:
+        raise AssertionError("a cancelled render shows nothing")
+
+    monkeypatch.setattr(BihPreviewEngine, "_progress", stop)
+    monkeypatch.setattr(BihPreviewEngine, "_show", shown)
+    assert bpy.ops.render.render() == {"FINISHED"}
+    assert "trace" in {stage for stage, _ in seen}
+    assert all(0 <= fraction <= 1 for _, fraction in seen)
+
+
+def test_progress_is_shown_and_escape_stops():
+    class Blender:
+        """Blender's side of an engine: its own functions cannot be replaced in one."""
+
+        escape = False
+
+        def update_stats(self, *texts: str) -> None:
+            self.texts = texts
+
+        def update_progress(self, fraction: float) -> None:
+            self.fraction = fraction
+
+        def test_break(self) -> bool:
+            return self.escape
+
+    blender = Blender()
+    assert BihPreviewEngine._progress(blender, "trace", 0.25) is True
+    assert (blender.texts, blender.fraction) == (("BIH Preview", "Trace"), 0.25)
+    blender.escape = True
+    assert BihPreviewEngine._progress(blender, "trace", 0.5) is False

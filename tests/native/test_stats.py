@@ -1,0 +1,97 @@
+"""Stats: what a tree says of itself, counted again."""
+
+import numpy as np
+import pytest
+
+from tests import meshes
+from tests.rays import around
+from tests.variants import every_tree
+
+MESHES = {
+    "terrain": meshes.terrain(60),
+    "soup": meshes.soup(3000, 0.1),
+    "coincident": meshes.sheets(500),
+    "one": meshes.sheets(1),
+    "spiral": meshes.spiral(2000),
+}
+
+
+@every_tree
+@pytest.mark.parametrize("name", MESHES)
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_bytes_are_twelve_a_node_and_four_a_reference_within_the_bound(variant, name, dtype):
+    mesh = MESHES[name].astype(dtype)
+    stats = variant.tree(*mesh).stats
+    assert stats.tree_bytes == 12 * stats.nodes + 4 * len(mesh.triangles)
+    assert stats.tree_bytes <= stats.bound_bytes <= 12 * 2 * len(mesh.triangles) + 4 * len(mesh.triangles)
+    assert stats.nodes == 2 * stats.leaves - 1
+    assert stats.peak_build_bytes >= stats.tree_bytes
+    assert stats.mesh_bytes == mesh.vertices.nbytes + mesh.triangles.nbytes
+    assert stats.build_seconds > 0
+
+
+def test_the_bound_is_reached_by_no_tree_and_does_not_depend_on_the_shape():
+    from bihtree import Tree
+
+    bounds = {
+        Tree(*mesh, leaf_size=size).stats.bound_bytes
+        for mesh in (meshes.sheets(64), meshes.soup(64))
+        for size in (1, 8)
+    }
+    assert len(bounds) == 1
+    stats = Tree(*meshes.soup(64), leaf_size=1).stats
+    assert stats.tree_bytes == stats.bound_bytes == 12 * 127 + 4 * 64
+
+
+@every_tree
+def test_names_and_counts(variant):
+    mesh = MESHES["terrain"]
+    stats = variant.tree(*mesh).stats
+    names = (stats.structure, stats.layout, stats.build, stats.heuristic, stats.precision)
+    assert names == ("bih", "classic", "eager", "global", "watertight")
+    assert (stats.triangles, stats.rejected, stats.unbuilt, stats.presorted) == (len(mesh.triangles), 0, 0, False)
+    assert all(isinstance(part, str) and isinstance(reason, str) for part, reason in stats.left_out.items())
+
+
+@every_tree
+def test_to_dict_holds_every_field(variant):
+    stats = variant.tree(*MESHES["soup"]).stats
+    as_dict = stats.to_dict()
+    fields = [name for name in dir(stats) if not name.startswith("_") and name != "to_dict"]
+    assert sorted(as_dict) == sorted(fields)
+    assert all(getattr(stats, name) == value for name, value in as_dict.items())
+    assert {"triangles", "nodes", "leaves", "depth", "tree_bytes", "bound_bytes", "mesh_bytes", "left_out"} <= set(
+        as_dict
+    )
+
+
+@every_tree
+def test_traversal_cost_is_far_below_testing_everything(variant):
+    mesh = MESHES["terrain"]
+    tree = variant.tree(*mesh)
+    rays = around(mesh, 500, np.random.default_rng(1))
+    nodes, tests = tree.traversal_cost(*rays)
+    assert nodes.dtype == tests.dtype == np.int32
+    assert nodes.shape == tests.shape == (500,)
+    hit = tree.intersect(*rays).hit
+    assert (nodes[hit] > 0).all() and (tests[hit] > 0).all()
+    assert (nodes <= tree.stats.nodes).all() and (tests <= len(mesh.triangles)).all()
+    assert tests.mean() < 0.1 * len(mesh.triangles)
+    away = tree.traversal_cost([[0, 0, 50.0]], [[0, 0, 1.0]])
+    assert away[0][0] <= 1 and away[1][0] == 0
+
+
+@every_tree
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+@pytest.mark.parametrize("zero", [0.0, -0.0])
+def test_an_axis_parallel_ray_beside_the_mesh_costs_nothing(variant, axis, sign, zero):
+    """0 · inf at the sides of the boxes must not open the tree."""
+    tree = variant.tree(*MESHES["soup"])
+    directions = np.full((8, 3), zero)
+    directions[:, axis] = sign
+    origins = np.full((8, 3), 0.5)
+    others = [(a, b) for a in (-1.0, 0.5, 2.0) for b in (-1.0, 0.5, 2.0) if (a, b) != (0.5, 0.5)]
+    origins[:, [(axis + 1) % 3, (axis + 2) % 3]] = others
+    nodes, tests = tree.traversal_cost(origins, directions)
+    assert nodes.max() <= 1 and tests.max() == 0
