@@ -18,11 +18,16 @@ T_ERROR_FLOAT64 = Fraction(1, 2**40)
 class Answers(Protocol):
     """bihtree.Hits, or some of its rows."""
 
-    t: NDArray[np.floating]
-    triangle: NDArray[np.int32]
-    u: NDArray[np.floating]
-    v: NDArray[np.floating]
-    instance: NDArray[np.int32]
+    @property
+    def t(self) -> NDArray[np.floating]: ...
+    @property
+    def triangle(self) -> NDArray[np.int32]: ...
+    @property
+    def u(self) -> NDArray[np.floating]: ...
+    @property
+    def v(self) -> NDArray[np.floating]: ...
+    @property
+    def instance(self) -> NDArray[np.int32]: ...
 
 
 def distance_error(value: np.floating, truth: Fraction) -> Fraction:

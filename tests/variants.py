@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import bihtree
 import pytest
@@ -14,9 +15,9 @@ class Variant:
     """Options of bihtree.Tree under one name."""
 
     name: str
-    options: dict[str, object] = field(default_factory=dict)
+    options: dict[str, Any] = field(default_factory=dict)
 
-    def tree(self, vertices: ArrayLike, triangles: ArrayLike | None = None, **options: object) -> bihtree.Tree:
+    def tree(self, vertices: ArrayLike, triangles: ArrayLike | None = None, **options: Any) -> bihtree.Tree:
         """A tree with this variant's options, and the test's own on top."""
         return bihtree.Tree(vertices, triangles, **{**self.options, **options})
 

@@ -63,10 +63,11 @@ class RealBlender:
     version: tuple[int, ...]
     inside: tuple[str, ...] = ()
 
-    def command(self, *arguments: str | Path) -> list[str]:
+    def command(self, *arguments: object) -> list[str]:
+        """The arguments become text: strings, paths, numbers."""
         return [*self.inside, "blender", *map(str, arguments)]
 
-    def window_command(self, *arguments: str | Path) -> list[str]:
+    def window_command(self, *arguments: object) -> list[str]:
         """The same in a window of WINDOW_SIZE, drawn in software; Blender draws nothing without a window manager."""
         if not self.inside:
             lacking = [package for program, package in WINDOW_PROGRAMS.items() if shutil.which(program) is None]

@@ -86,7 +86,11 @@ def rendered_scene(scene: bpy.types.Scene, width: int, height: int) -> tuple[Sce
                 failed.append(error)
 
     layer = next((layer for layer in scene.view_layers if layer.use), scene.view_layers[0])
+    others = [other for other in scene.view_layers if other.use and other != layer]
+    layer.use = True
     render = scene.render
+    # scene_data goes by the size it is given; Blender refuses to render anything smaller, for some file formats
+    render.resolution_x, render.resolution_y, render.resolution_percentage = max(width, 16), max(height, 16), 100
     render.use_border = render.use_compositing = render.use_sequencer = render.use_multiview = False
     bpy.utils.register_class(ExportEngine)
     try:
@@ -100,12 +104,8 @@ def rendered_scene(scene: bpy.types.Scene, width: int, height: int) -> tuple[Sce
     if failed:
         raise failed[0]
     exported, seconds = caught[0]
-    others = [
-        f"view layer {other.name!r}: only {layer.name!r} is traced"
-        for other in scene.view_layers
-        if other.use and other != layer
-    ]
-    return replace(exported, skipped=(*exported.skipped, *others)), seconds
+    notes = [f"view layer {other.name!r}: only {layer.name!r} is traced" for other in others]
+    return replace(exported, skipped=(*exported.skipped, *notes)), seconds
 
 
 def _check_header(path: Path) -> None:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import NoReturn
 
 import numpy as np
-import OpenImageIO as oiio
+import OpenImageIO
 import pytest
 from numpy.typing import NDArray
 
@@ -58,7 +58,7 @@ def run(command: list[str], profile: Path | None = None) -> subprocess.Completed
 
 def read(path: Path) -> NDArray[np.uint8]:
     """(height, width, channels) as the file holds them, first row at the top."""
-    image = oiio.ImageBuf(str(path))
+    image = OpenImageIO.ImageBuf(str(path))
     assert not image.has_error, image.geterror()
-    assert image.spec().format == oiio.UINT8
-    return np.asarray(image.get_pixels(oiio.UINT8))
+    assert image.spec().format == OpenImageIO.UINT8
+    return np.asarray(image.get_pixels(OpenImageIO.UINT8))

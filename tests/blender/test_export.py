@@ -212,6 +212,29 @@ def test_a_render_decides_what_is_shown(scene):
     assert seconds > 0
 
 
+def test_only_the_first_view_layer_is_read_and_that_is_said(scene):
+    add_camera()
+    add_mesh("Cube")
+    scene.view_layers.new("Second")
+    data, _ = rendered_scene(scene, 64, 48)
+    assert data.triangle_count == 12 and [line for line in data.skipped if "'Second'" in line]
+    for layer in scene.view_layers:
+        layer.use = False
+    data, _ = rendered_scene(scene, 64, 48)
+    assert data.triangle_count == 12 and data.skipped == ()
+
+
+def test_a_scene_that_makes_tiny_films(scene):
+    add_camera()
+    add_mesh("Cube")
+    output = scene.render.image_settings
+    if hasattr(output, "media_type"):
+        output.media_type = "VIDEO"
+    output.file_format = "FFMPEG"
+    scene.render.resolution_x = scene.render.resolution_y = 8
+    assert rendered_scene(scene, 1, 1)[0].camera.width == 1
+
+
 def test_an_instancer_that_hides_itself(scene):
     add_camera()
     parent, child = add_mesh("Parent", icosphere(0)), add_mesh("Child")

@@ -18,7 +18,7 @@ WIDTH, HEIGHT = 160, 120
 def profile(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder of settings that was empty before the extension was installed into it, and enabled."""
     folder = tmp_path_factory.mktemp("profile")
-    install = ["--command", "extension", "install-file", "-r", "user_default", "--enable", str(extension())]
+    install = ["--command", "extension", "install-file", "-r", "user_default", "--enable", extension()]
     done = run(blender().command(*install), folder)
     assert done.returncode == 0, done.stdout + done.stderr
     return folder
@@ -57,7 +57,7 @@ def test_the_command_line(profile: Path, from_the_wheel: NDArray[np.uint8], tmp_
 @pytest.mark.parametrize("again", [[], ["again"]], ids=["registered once", "registered three times"])
 def test_f12(again: list[str], profile: Path, from_the_wheel: NDArray[np.uint8], tmp_path: Path) -> None:
     image = tmp_path / "bunny.png"
-    script = ["--python-exit-code", "1", "--python", INSIDE / "render.py", "--", image, str(WIDTH), str(HEIGHT), *again]
+    script = ["--python-exit-code", "1", "--python", INSIDE / "render.py", "--", image, WIDTH, HEIGHT, *again]
     done = run(blender().command("--background", BUNNY, *script), profile)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "Traceback" not in done.stdout + done.stderr

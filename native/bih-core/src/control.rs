@@ -24,6 +24,11 @@ impl Control {
     /// Report `items` finished; an error asks the worker to stop.
     pub fn advance(&self, items: usize) -> Result<(), Cancelled> {
         self.done.fetch_add(items, Ordering::Relaxed);
+        self.check()
+    }
+
+    /// An error asks the worker to stop.
+    pub fn check(&self) -> Result<(), Cancelled> {
         if self.cancelled.load(Ordering::Relaxed) { Err(Cancelled) } else { Ok(()) }
     }
 

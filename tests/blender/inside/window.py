@@ -1,19 +1,19 @@
 """In a window: the Render properties beside an Image Editor, render as the panel's button does, take a screenshot.
 
-Arguments: SCREENSHOT REPORT WIDTH HEIGHT. REPORT.json says where the Image Editor's pixels are in the window.
-Blender draws between the calls of a timer, so every step is one call, and the last one quits.
+Arguments: SCREENSHOT REPORT WIDTH HEIGHT. The report, in JSON, says where in the window the Image Editor shows the
+picture, and is written last. Blender draws between the calls of a timer, so every step is one call; the last quits.
 """
 
 import json
 import subprocess
 import sys
-import traceback
 from collections.abc import Iterator
 from pathlib import Path
 
 import bpy
 
 PAUSE = 0.5
+PATIENCE = 240
 screenshot, report, width, height = sys.argv[sys.argv.index("--") + 1 :]
 rendered = []
 
@@ -33,8 +33,11 @@ def steps() -> Iterator[None]:
     region = next(region for region in properties.regions if region.type == "WINDOW")
     with bpy.context.temp_override(window=window, area=properties, region=region):
         assert bpy.ops.render.render("INVOKE_DEFAULT") == {"RUNNING_MODAL"}
-    while not rendered:
+    for _ in range(PATIENCE):
+        if rendered:
+            break
         yield
+    assert rendered == ["complete"]
     editor.spaces[0].image = bpy.data.images["Render Result"]
     yield
     region = next(region for region in editor.regions if region.type == "WINDOW")
@@ -44,24 +47,22 @@ def steps() -> Iterator[None]:
         yield
     subprocess.run(["import", "-window", "root", screenshot], check=True)
     place = {name: getattr(region, name) for name in ("x", "y", "width", "height")}
-    Path(report).write_text(json.dumps(place | {"window_height": window.height, "engines": scene.render.engine}))
+    Path(report).write_text(json.dumps(place))
 
 
 def next_step() -> float | None:
+    more = False
     try:
-        next(script)
-    except StopIteration:
-        bpy.ops.wm.quit_blender()
-        return None
-    except Exception:
-        traceback.print_exc()
-        bpy.ops.wm.quit_blender()
-        return None
-    return PAUSE
+        more = next(script, "the end") is None
+    finally:  # an error ends the timer, and Blender would stay open
+        if not more:
+            bpy.ops.wm.quit_blender()
+    return PAUSE if more else None
 
 
 script = steps()
 bpy.context.preferences.view.show_splash = False
 bpy.context.preferences.view.render_display_type = "NONE"
-bpy.app.handlers.render_complete.append(lambda *_: rendered.append(True))
+bpy.app.handlers.render_complete.append(lambda *_: rendered.append("complete"))
+bpy.app.handlers.render_cancel.append(lambda *_: rendered.append("cancelled"))
 bpy.app.timers.register(next_step, first_interval=2 * PAUSE)

@@ -11,7 +11,7 @@ use crate::simd::FloatEnvironment;
 use crate::traverse::{Counts, Hit, Stack, Uncounted, closest};
 use crate::tree::Tree;
 
-/// Side of a tile in pixels: some milliseconds of work, so that cancelling is prompt.
+/// Side of a tile in pixels: some milliseconds of work a sample.
 const TILE: u32 = 32;
 
 /// A part of the picture in pixels from the lower left.
@@ -67,11 +67,13 @@ pub fn render(
             let _standard = FloatEnvironment::standard();
             control.advance(1)?;
             let mut stack = Stack::default();
-            let columns = tile.x..tile.x + tile.width;
-            let pixels = (tile.y..tile.y + tile.height)
-                .flat_map(|y| columns.clone().map(move |x| (x, y)))
-                .map(|(x, y)| trace_pixel(tree, triangles, camera, options, x, y, &mut stack))
-                .collect::<Vec<_>>();
+            let mut pixels = Vec::with_capacity((tile.width * tile.height) as usize);
+            for y in tile.y..tile.y + tile.height {
+                // With many samples a tile takes long.
+                control.check()?;
+                let row = tile.x..tile.x + tile.width;
+                pixels.extend(row.map(|x| trace_pixel(tree, triangles, camera, options, x, y, &mut stack)));
+            }
             Ok((tile, pixels))
         })
         .collect::<Result<Vec<_>, Cancelled>>()?;
