@@ -2,6 +2,7 @@
 
 use bih_core::geometry::Triangles;
 use bih_core::traverse::{Limits, RayBatch};
+use bih_core::build::Layout;
 use bih_core::{BuildOptions, Control, Error, Tree as CoreTree, tree};
 use numpy::{PyArray, PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
@@ -51,7 +52,14 @@ impl Tree {
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         one_of("structure", structure, "bih")?;
-        one_of("layout", layout, "classic")?;
+        let layout = match layout {
+            "classic" => Layout::Classic,
+            "wide" => Layout::Wide,
+            _ => {
+                let text = format!("layout: {layout:?} is not in this version; choose \"wide\" or \"classic\"");
+                return Err(PyValueError::new_err(text));
+            }
+        };
         one_of("build", build, "eager")?;
         one_of("heuristic", heuristic, "global")?;
         one_of("precision", precision, "watertight")?;
@@ -69,7 +77,7 @@ impl Tree {
             .then(|| ThreadPoolBuilder::new().num_threads(threads).build())
             .transpose()
             .map_err(|error| BihError::new_err(format!("threads: {threads} could not be started ({error})")))?;
-        let options = BuildOptions { leaf_size };
+        let options = BuildOptions { layout, leaf_size };
         let core = mesh.with_triangles(py, |triangles| {
             supervise(py, pool.as_ref(), progress, |control| bih_core::build(&triangles, &options, control))
         })??;

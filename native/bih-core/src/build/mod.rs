@@ -10,17 +10,32 @@ use crate::control::Control;
 use crate::error::Error;
 use crate::geometry::Triangles;
 use crate::simd::FloatEnvironment;
-use crate::tree::{Node, Stats, Tree};
+use crate::tree::{Node, Stats, Tree, WIDTH, Wide};
 
 /// What a person can choose about the construction.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct BuildOptions {
+    /// What the tree is traced as.
+    pub layout: Layout,
     /// Ranges of at most this many triangles become leaves; none: `DEFAULT_LEAF_SIZE`.
     pub leaf_size: Option<usize>,
 }
 
+/// What is traced. The construction is the same.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Layout {
+    /// The 12-byte nodes of the paper.
+    #[default]
+    Classic,
+    /// Records of eight boxes, several levels of the tree in one.
+    Wide,
+}
+
 /// Measured in docs/decisions/leaf-size.md.
 pub const DEFAULT_LEAF_SIZE: usize = 4;
+
+/// The same for wide records.
+pub const DEFAULT_WIDE_LEAF_SIZE: usize = 8;
 
 /// Bytes that a tree over `triangles` never exceeds: a binary tree of one leaf a triangle, and one reference each.
 ///
@@ -33,7 +48,10 @@ pub fn bound_bytes(triangles: usize) -> usize {
 pub fn build(triangles: &Triangles, options: &BuildOptions, control: &Control) -> Result<Tree, Error> {
     let start = Instant::now();
     let _standard = FloatEnvironment::standard();
-    let leaf_size = options.leaf_size.unwrap_or(DEFAULT_LEAF_SIZE).max(1);
+    let leaf_size = match options.layout {
+        Layout::Classic => options.leaf_size.unwrap_or(DEFAULT_LEAF_SIZE).max(1),
+        Layout::Wide => options.leaf_size.unwrap_or(DEFAULT_WIDE_LEAF_SIZE).clamp(1, WIDTH),
+    };
     let (mut references, rejected) = reference::collect(triangles);
     let scratch_bytes = references.capacity() * size_of::<reference::Reference>();
     control.start(references.len());
@@ -42,18 +60,26 @@ pub fn build(triangles: &Triangles, options: &BuildOptions, control: &Control) -
     let mut order = Vec::with_capacity(triangles.len());
     order.extend(references.iter().map(|reference| reference.row));
     order.extend_from_slice(&rejected);
-    let tree_bytes = built.nodes.len() * Node::BYTES + order.len() * size_of::<u32>();
+    let references = &order[..order.len() - rejected.len()];
+    let wide = (options.layout == Layout::Wide).then(|| Wide::collapse(&built.nodes, references, triangles));
+    let binary_bytes = built.nodes.len() * Node::BYTES;
+    let (nodes, depth, layout_bytes) = match &wide {
+        None => (built.nodes.len(), built.depth, binary_bytes),
+        Some(wide) => (wide.records.len() + built.leaves, wide.depth, wide.bytes()),
+    };
+    let tree_bytes = layout_bytes + order.len() * size_of::<u32>();
     let stats = Stats {
         triangles: triangles.len(),
-        nodes: built.nodes.len(),
+        nodes,
         leaves: built.leaves,
-        depth: built.depth,
+        depth,
         tree_bytes,
         bound_bytes: bound_bytes(triangles.len()),
-        peak_build_bytes: tree_bytes + scratch_bytes + rejected.len() * size_of::<u32>(),
+        peak_build_bytes: tree_bytes + binary_bytes + scratch_bytes + rejected.len() * size_of::<u32>(),
         build_seconds: start.elapsed().as_secs_f64(),
         rejected: rejected.len(),
         left_out: built.left_out,
     };
-    Ok(Tree { nodes: built.nodes, order, rejected: rejected.len(), bounds: built.bounds, stats })
+    let nodes = if wide.is_some() { Vec::new() } else { built.nodes };
+    Ok(Tree { nodes, wide, order, rejected: rejected.len(), bounds: built.bounds, stats })
 }

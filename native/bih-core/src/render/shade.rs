@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use crate::geometry::{Ray, Triangles, Vector, add_scaled, dot, normalise, subtract};
+use crate::simd::Lanes;
 use crate::traverse::{Stack, Uncounted, occluded};
 use crate::tree::Tree;
 
@@ -52,7 +53,8 @@ pub(super) struct Surface {
 
 impl Lighting {
     /// Radiance towards the viewer who looks along `view`.
-    pub(super) fn shade(
+    #[inline(always)]
+    pub(super) fn shade<L: Lanes>(
         &self,
         tree: &Tree,
         triangles: &Triangles,
@@ -73,7 +75,7 @@ impl Lighting {
             }
             let shadow_ray = Ray { t_max, ..Ray::new(lifted(surface), to_light) };
             let is_hidden =
-                self.shadows && shadow_ray.is_valid() && occluded(tree, triangles, &shadow_ray, stack, &mut Uncounted);
+                self.shadows && shadow_ray.is_valid() && occluded::<L, _>(tree, triangles, &shadow_ray, stack, &mut Uncounted);
             if !is_hidden {
                 for (channel, irradiance) in radiance.iter_mut().zip(irradiance) {
                     *channel += ALBEDO / PI * irradiance * cosine;

@@ -7,7 +7,7 @@ use super::shade::{Lighting, Surface};
 use super::{Camera, Passes, Pixel};
 use crate::control::{Cancelled, Control};
 use crate::geometry::{Ray, Triangles, add_scaled, cross, dot, normalise, subtract};
-use crate::simd::FloatEnvironment;
+use crate::simd::{FloatEnvironment, Kernel, Lanes, dispatch};
 use crate::traverse::{Counts, Hit, Stack, Uncounted, closest};
 use crate::tree::Tree;
 
@@ -66,14 +66,7 @@ pub fn render(
         .map(|tile| {
             let _standard = FloatEnvironment::standard();
             control.advance(1)?;
-            let mut stack = Stack::default();
-            let mut pixels = Vec::with_capacity((tile.width * tile.height) as usize);
-            for y in tile.y..tile.y + tile.height {
-                // With many samples a tile takes long.
-                control.check()?;
-                let row = tile.x..tile.x + tile.width;
-                pixels.extend(row.map(|x| trace_pixel(tree, triangles, camera, options, x, y, &mut stack)));
-            }
+            let pixels = dispatch(TileKernel { tree, triangles, camera, options, tile, control })?;
             Ok((tile, pixels))
         })
         .collect::<Result<Vec<_>, Cancelled>>()?;
@@ -90,7 +83,37 @@ pub fn render(
     Ok(Passes { width, height, pixels })
 }
 
-fn trace_pixel(
+/// The pixels of one tile.
+struct TileKernel<'a> {
+    tree: &'a Tree,
+    triangles: &'a Triangles<'a>,
+    camera: &'a Camera,
+    options: &'a RenderOptions,
+    tile: &'a Tile,
+    control: &'a Control,
+}
+
+impl Kernel for TileKernel<'_> {
+    type Output = Result<Vec<Pixel>, Cancelled>;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Self::Output {
+        let Self { tree, triangles, camera, options, tile, control } = self;
+        let mut stack = Stack::default();
+        let mut pixels = Vec::with_capacity((tile.width * tile.height) as usize);
+        for y in tile.y..tile.y + tile.height {
+            // With many samples a tile takes long.
+            control.check()?;
+            for x in tile.x..tile.x + tile.width {
+                pixels.push(trace_pixel::<L>(tree, triangles, camera, options, x, y, &mut stack));
+            }
+        }
+        Ok(pixels)
+    }
+}
+
+#[inline(always)]
+fn trace_pixel<L: Lanes>(
     tree: &Tree,
     triangles: &Triangles,
     camera: &Camera,
@@ -101,7 +124,7 @@ fn trace_pixel(
 ) -> Pixel {
     let mut counts = Counts::default();
     let ray = camera.ray(x, y, sample_offset(0, options.seed));
-    let hit = ray.is_valid().then(|| closest(tree, triangles, &ray, stack, &mut counts)).flatten();
+    let hit = ray.is_valid().then(|| closest::<L, _>(tree, triangles, &ray, stack, &mut counts)).flatten();
     let surface = hit.map(|hit| surface(triangles, &ray, &hit));
 
     let mut pixel = Pixel { cost: [counts.nodes as f32, counts.triangles as f32], ..Pixel::MISS };
@@ -115,7 +138,7 @@ fn trace_pixel(
         let mut sum = [0.0; 4];
         let mut add = |ray: &Ray, surface: Option<Surface>, stack: &mut Stack| {
             if let Some(surface) = surface {
-                let colour = options.lighting.shade(tree, triangles, &surface, &ray.direction, stack);
+                let colour = options.lighting.shade::<L>(tree, triangles, &surface, &ray.direction, stack);
                 for (sum, value) in sum.iter_mut().zip([colour[0], colour[1], colour[2], 1.0]) {
                     *sum += value;
                 }
@@ -124,7 +147,7 @@ fn trace_pixel(
         add(&ray, surface, stack);
         for sample in 1..options.samples {
             let ray = camera.ray(x, y, sample_offset(sample, options.seed));
-            let hit = ray.is_valid().then(|| closest(tree, triangles, &ray, stack, &mut Uncounted)).flatten();
+            let hit = ray.is_valid().then(|| closest::<L, _>(tree, triangles, &ray, stack, &mut Uncounted)).flatten();
             add(&ray, hit.map(|hit| self::surface(triangles, &ray, &hit)), stack);
         }
         pixel.combined = sum.map(|x| (x / f64::from(options.samples.max(1))) as f32);

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::{Counts, Hit, Stack, Uncounted, closest, occluded};
 use crate::control::{Cancelled, Control};
 use crate::geometry::{Ray, Triangles, Vector};
-use crate::simd::FloatEnvironment;
+use crate::simd::{FloatEnvironment, Kernel, Lanes, dispatch};
 use crate::tree::Tree;
 
 /// Rays that a thread takes at a time: enough to forget what taking them costs, few enough to cancel promptly.
@@ -58,48 +58,98 @@ impl RayBatch<'_> {
     }
 
     /// The nearest hit of each ray; none for a miss and for an invalid ray.
-    pub fn closest(
-        &self,
-        tree: &Tree,
-        triangles: &Triangles,
-        control: &Control,
-    ) -> Result<Vec<Option<Hit>>, Cancelled> {
-        self.answer(control, |ray, stack| closest(tree, triangles, ray, stack, &mut Uncounted))
+    pub fn closest(&self, tree: &Tree, triangles: &Triangles, control: &Control) -> Result<Vec<Option<Hit>>, Cancelled> {
+        self.answer(&Closest { tree, triangles }, control)
     }
 
     /// Whether each ray hits anything; an invalid ray does not.
     pub fn occluded(&self, tree: &Tree, triangles: &Triangles, control: &Control) -> Result<Vec<bool>, Cancelled> {
-        self.answer(control, |ray, stack| occluded(tree, triangles, ray, stack, &mut Uncounted))
+        self.answer(&Occluded { tree, triangles }, control)
     }
 
     /// What the nearest hit of each ray costs; nothing for an invalid ray.
     pub fn cost(&self, tree: &Tree, triangles: &Triangles, control: &Control) -> Result<Vec<Counts>, Cancelled> {
-        self.answer(control, |ray, stack| {
-            let mut counts = Counts::default();
-            closest(tree, triangles, ray, stack, &mut counts);
-            counts
-        })
+        self.answer(&Cost { tree, triangles }, control)
     }
 
-    fn answer<T: Clone + Default + Send>(
-        &self,
-        control: &Control,
-        query: impl Fn(&Ray, &mut Stack) -> T + Sync,
-    ) -> Result<Vec<T>, Cancelled> {
-        let mut answers = vec![T::default(); self.origins.len()];
+    fn answer<Q: Query>(&self, query: &Q, control: &Control) -> Result<Vec<Q::Answer>, Cancelled> {
+        let mut answers = vec![Q::Answer::default(); self.origins.len()];
         control.start(answers.len());
         answers.par_chunks_mut(CHUNK).enumerate().try_for_each(|(chunk, answers)| {
             let _standard = FloatEnvironment::standard();
-            let mut stack = Stack::default();
             control.advance(answers.len())?;
-            for (row, answer) in answers.iter_mut().enumerate() {
-                let ray = self.ray(chunk * CHUNK + row);
-                if ray.is_valid() {
-                    *answer = query(&ray, &mut stack);
-                }
-            }
+            dispatch(Chunk { rays: self, first: chunk * CHUNK, answers, query });
             Ok(())
         })?;
         Ok(answers)
+    }
+}
+
+/// What is asked of each ray.
+trait Query: Sync {
+    type Answer: Clone + Default + Send;
+    fn answer<L: Lanes>(&self, ray: &Ray, stack: &mut Stack) -> Self::Answer;
+}
+
+struct Closest<'a> {
+    tree: &'a Tree,
+    triangles: &'a Triangles<'a>,
+}
+
+impl Query for Closest<'_> {
+    type Answer = Option<Hit>;
+    #[inline(always)]
+    fn answer<L: Lanes>(&self, ray: &Ray, stack: &mut Stack) -> Option<Hit> {
+        closest::<L, _>(self.tree, self.triangles, ray, stack, &mut Uncounted)
+    }
+}
+
+struct Occluded<'a> {
+    tree: &'a Tree,
+    triangles: &'a Triangles<'a>,
+}
+
+impl Query for Occluded<'_> {
+    type Answer = bool;
+    #[inline(always)]
+    fn answer<L: Lanes>(&self, ray: &Ray, stack: &mut Stack) -> bool {
+        occluded::<L, _>(self.tree, self.triangles, ray, stack, &mut Uncounted)
+    }
+}
+
+struct Cost<'a> {
+    tree: &'a Tree,
+    triangles: &'a Triangles<'a>,
+}
+
+impl Query for Cost<'_> {
+    type Answer = Counts;
+    #[inline(always)]
+    fn answer<L: Lanes>(&self, ray: &Ray, stack: &mut Stack) -> Counts {
+        let mut counts = Counts::default();
+        closest::<L, _>(self.tree, self.triangles, ray, stack, &mut counts);
+        counts
+    }
+}
+
+/// The rays that one thread takes at a time.
+struct Chunk<'a, Q: Query> {
+    rays: &'a RayBatch<'a>,
+    first: usize,
+    answers: &'a mut [Q::Answer],
+    query: &'a Q,
+}
+
+impl<Q: Query> Kernel for Chunk<'_, Q> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let mut stack = Stack::default();
+        for (row, answer) in self.answers.iter_mut().enumerate() {
+            let ray = self.rays.ray(self.first + row);
+            if ray.is_valid() {
+                *answer = self.query.answer::<L>(&ray, &mut stack);
+            }
+        }
     }
 }

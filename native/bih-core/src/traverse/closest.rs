@@ -3,11 +3,12 @@
 use std::cmp::Ordering;
 use std::ops::ControlFlow;
 
-use super::Counter;
+use super::{Counter, wide};
 use super::interval::Crossing;
 use super::stack::{Entry, Stack};
 use crate::geometry::{Corners, Ray, Triangles};
 use crate::intersect::{Distance, RayTest, weights};
+use crate::simd::Lanes;
 use crate::tree::{Kind, Tree};
 
 /// A hit: the lowest row among the nearest triangles.
@@ -87,7 +88,8 @@ pub(super) fn distance_within(ray: &Ray, test: &RayTest, corners: &Corners) -> O
 }
 
 /// The nearest hit of a valid ray; of equal distances, compared exactly, the lower row.
-pub fn closest<C: Counter>(
+#[inline(always)]
+pub fn closest<L: Lanes, C: Counter>(
     tree: &Tree,
     triangles: &Triangles,
     ray: &Ray,
@@ -95,6 +97,13 @@ pub fn closest<C: Counter>(
     counter: &mut C,
 ) -> Option<Hit> {
     let mut nearest = Nearest::new(ray, tree);
+    if let Some(wide) = &tree.wide {
+        wide::walk::<L, C>(wide, &tree.bounds, ray, &mut stack.wide, counter, |place| {
+            nearest.offer(triangles, tree.order[place]);
+            ControlFlow::Continue(nearest.limit())
+        });
+        return nearest.hit();
+    }
     walk(tree, ray, stack, counter, |rows| {
         for &row in rows {
             nearest.offer(triangles, row);

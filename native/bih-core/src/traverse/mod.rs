@@ -7,6 +7,7 @@ mod interval;
 mod naive;
 mod occlusion;
 mod stack;
+mod wide;
 
 pub use batch::{Limits, RayBatch};
 pub use closest::{Hit, closest};

@@ -1,5 +1,6 @@
 //! What a ray has put off.
 
+use super::wide::Postponed;
 use crate::tree::MAX_DEPTH;
 
 /// A node to visit later, and the part of the ray that lies in it.
@@ -17,11 +18,13 @@ pub(super) struct Entry {
 pub struct Stack {
     entries: [Entry; MAX_DEPTH as usize],
     len: usize,
+    /// For wide records: at most seven a level.
+    pub(super) wide: Vec<Postponed>,
 }
 
 impl Default for Stack {
     fn default() -> Self {
-        Self { entries: [Entry::default(); MAX_DEPTH as usize], len: 0 }
+        Self { entries: [Entry::default(); MAX_DEPTH as usize], len: 0, wide: Vec::with_capacity(8 * MAX_DEPTH as usize) }
     }
 }
 

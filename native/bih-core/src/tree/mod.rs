@@ -5,12 +5,14 @@ mod stats;
 mod table;
 mod validate;
 mod visitor;
+mod wide;
 
 pub use node::{Kind, Node};
 pub use stats::Stats;
 pub use table::{NodeRow, node_table};
 pub use validate::validate;
 pub use visitor::{Visit, Visitor};
+pub use wide::{Child, Record, Target, WIDTH, Wide};
 
 use crate::geometry::Bounds;
 
@@ -24,6 +26,8 @@ pub const MAX_DEPTH: u32 = MAX_SPATIAL_DEPTH + 29;
 #[derive(Debug, Clone)]
 pub struct Tree {
     pub(crate) nodes: Vec<Node>,
+    /// Instead of the nodes.
+    pub(crate) wide: Option<Wide>,
     /// Triangle rows in leaf order, then the rejected rows.
     pub(crate) order: Vec<u32>,
     pub(crate) rejected: usize,
@@ -32,7 +36,7 @@ pub struct Tree {
 }
 
 impl Tree {
-    /// The nodes; the root is the first, children stand side by side.
+    /// The nodes of the classic layout; the root is the first, children stand side by side. Empty in the wide layout.
     pub fn nodes(&self) -> &[Node] {
         &self.nodes
     }
@@ -45,6 +49,11 @@ impl Tree {
     /// Triangle rows that leaves refer to, in leaf order.
     pub fn references(&self) -> &[u32] {
         &self.order[..self.order.len() - self.rejected]
+    }
+
+    /// The records of the wide layout.
+    pub fn wide(&self) -> Option<&Wide> {
+        self.wide.as_ref()
     }
 
     /// Bounds of all triangles that can be hit; empty where there is none.

@@ -87,7 +87,7 @@ mod tests {
     fn each_kind_of_damage_is_found() {
         let vertices = strip();
         let triangles = Triangles::new(Vertices::F32(&vertices), None).unwrap();
-        let good = build(&triangles, &BuildOptions { leaf_size: Some(1) }, &Control::default()).unwrap();
+        let good = build(&triangles, &BuildOptions { leaf_size: Some(1), ..Default::default() }, &Control::default()).unwrap();
         assert_eq!(validate(&good, &triangles), Ok(()));
 
         let damage: [fn(&mut Tree); 7] = [

@@ -1,0 +1,196 @@
+//! Records of eight children with their boxes: several levels of the binary tree collapsed into one, for vector units.
+
+use bytemuck::{Pod, Zeroable};
+
+use super::{Kind, Node};
+use crate::geometry::{Bounds, Triangles};
+
+/// Children of a record, and triangles of a leaf at most.
+pub const WIDTH: usize = 8;
+
+const LEAF: u32 = 1 << 31;
+const COUNT_SHIFT: u32 = 28;
+const INDEX_MASK: u32 = (1 << COUNT_SHIFT) - 1;
+
+/// 224 bytes: the boxes of eight children axis by axis, and what the children are. A lane without a child has a box that
+/// nothing meets.
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Record {
+    /// Lower coordinates along x, y and z.
+    pub lower: [[f32; WIDTH]; 3],
+    /// Upper coordinates along x, y and z.
+    pub upper: [[f32; WIDTH]; 3],
+    children: [Child; WIDTH],
+}
+
+/// Bit 31: a leaf. Then bits 28 – 30 hold its count less one, the rest its first reference. Otherwise the index of a
+/// record.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Pod, Zeroable)]
+#[repr(transparent)]
+pub struct Child(u32);
+
+/// A child, unpacked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Target {
+    /// A record and its index.
+    Record(usize),
+    /// A range of references.
+    Leaf {
+        /// Where it starts.
+        first: usize,
+        /// How many there are, 1 to 8.
+        count: usize,
+    },
+}
+
+impl Child {
+    fn record(index: usize) -> Self {
+        Self(index as u32)
+    }
+
+    fn leaf(first: usize, count: usize) -> Self {
+        debug_assert!((1..=WIDTH).contains(&count) && first <= INDEX_MASK as usize);
+        Self(LEAF | (count as u32 - 1) << COUNT_SHIFT | first as u32)
+    }
+
+    /// The word, unpacked.
+    #[inline(always)]
+    pub fn target(self) -> Target {
+        let index = (self.0 & INDEX_MASK) as usize;
+        if self.0 & LEAF == 0 {
+            Target::Record(self.0 as usize)
+        } else {
+            Target::Leaf { first: index, count: (self.0 >> COUNT_SHIFT & 7) as usize + 1 }
+        }
+    }
+}
+
+impl Record {
+    /// Bytes of one record.
+    pub const BYTES: usize = size_of::<Self>();
+
+    const EMPTY: Self = Self {
+        lower: [[f32::INFINITY; WIDTH]; 3],
+        upper: [[f32::NEG_INFINITY; WIDTH]; 3],
+        children: [Child(0); WIDTH],
+    };
+
+    /// What stands in a lane.
+    #[inline(always)]
+    pub fn child(&self, lane: usize) -> Child {
+        self.children[lane]
+    }
+
+    /// The box of a lane; empty where there is no child.
+    pub fn bounds(&self, lane: usize) -> Bounds {
+        Bounds { lower: self.lower.map(|axis| axis[lane]), upper: self.upper.map(|axis| axis[lane]) }
+    }
+
+    fn set(&mut self, lane: usize, bounds: &Bounds, child: Child) {
+        for axis in 0..3 {
+            self.lower[axis][lane] = bounds.lower[axis];
+            self.upper[axis][lane] = bounds.upper[axis];
+        }
+        self.children[lane] = child;
+    }
+}
+
+/// Records, the root first, and the triangles of the leaves in the order of the references.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Wide {
+    /// All records; children stand behind their parents.
+    pub records: Vec<Record>,
+    /// Nine rows a leaf: x, y, z of the first vertex of each of its triangles, then of the second and third. `WIDTH`
+    /// numbers more follow the last, so that whole vectors can be read. Empty for double precision.
+    pub rows: Vec<f32>,
+    /// Depth of the deepest leaf in records.
+    pub depth: usize,
+}
+
+impl Wide {
+    /// Bytes that the records and rows take.
+    pub fn bytes(&self) -> usize {
+        self.records.len() * Record::BYTES + self.rows.len() * size_of::<f32>()
+    }
+
+    /// Collapse a binary tree whose leaves have at most `WIDTH` triangles.
+    pub fn collapse(nodes: &[Node], references: &[u32], triangles: &Triangles) -> Self {
+        let bounds = node_bounds(nodes, references, triangles);
+        let rows = if triangles.is_double() { Vec::new() } else { leaf_rows(nodes, references, triangles) };
+        let mut records = vec![Record::EMPTY];
+        let mut depth = 0;
+        let mut tasks = vec![(0, 0, 1)];
+        while let Some((index, node, level)) = tasks.pop() {
+            depth = depth.max(level);
+            let lanes = children_of(node, nodes, &bounds);
+            for (lane, &child) in lanes.iter().enumerate() {
+                let target = match nodes[child].kind() {
+                    Kind::Leaf { first, count } => Child::leaf(first, count),
+                    Kind::Inner { .. } => {
+                        records.push(Record::EMPTY);
+                        tasks.push((records.len() - 1, child, level + 1));
+                        Child::record(records.len() - 1)
+                    }
+                };
+                records[index].set(lane, &bounds[child], target);
+            }
+        }
+        records.shrink_to_fit();
+        Self { records, rows, depth }
+    }
+}
+
+/// The nodes that become children of one record: the largest inner one is replaced by its two children while there is
+/// room. They keep the order of the tree.
+fn children_of(node: usize, nodes: &[Node], bounds: &[Bounds]) -> Vec<usize> {
+    let mut lanes = vec![node];
+    while lanes.len() < WIDTH {
+        let inner = |&lane: &usize| match nodes[lanes[lane]].kind() {
+            Kind::Inner { left, .. } => Some((lane, left)),
+            Kind::Leaf { .. } => None,
+        };
+        let area = |lane: usize| half_area(&bounds[lanes[lane]]);
+        let largest = (0..lanes.len()).filter_map(|lane| inner(&lane)).reduce(|best, other| {
+            if area(other.0) > area(best.0) { other } else { best }
+        });
+        let Some((lane, left)) = largest else { break };
+        lanes.splice(lane..=lane, [left, left + 1]);
+    }
+    lanes
+}
+
+fn half_area(bounds: &Bounds) -> f64 {
+    let [x, y, z]: [f64; 3] = std::array::from_fn(|axis| f64::from(bounds.upper[axis]) - f64::from(bounds.lower[axis]));
+    x * y + y * z + z * x
+}
+
+/// The bounds of the triangles below each node; children stand behind their parents.
+fn node_bounds(nodes: &[Node], references: &[u32], triangles: &Triangles) -> Vec<Bounds> {
+    let mut bounds = vec![Bounds::EMPTY; nodes.len()];
+    for (index, node) in nodes.iter().enumerate().rev() {
+        bounds[index] = match node.kind() {
+            Kind::Inner { left, .. } => bounds[left].union(&bounds[left + 1]),
+            Kind::Leaf { first, count } => references[first..first + count]
+                .iter()
+                .map(|&row| Bounds::of_triangle(&triangles.corners(row)))
+                .fold(Bounds::EMPTY, |all, one| all.union(&one)),
+        };
+    }
+    bounds
+}
+
+fn leaf_rows(nodes: &[Node], references: &[u32], triangles: &Triangles) -> Vec<f32> {
+    let mut rows = vec![0.0; 9 * references.len() + WIDTH];
+    for node in nodes {
+        if let Kind::Leaf { first, count } = node.kind() {
+            for lane in 0..count {
+                let corners = triangles.corners(references[first + lane]);
+                for (row, &value) in corners.as_flattened().iter().enumerate() {
+                    rows[9 * first + row * count + lane] = value as f32;
+                }
+            }
+        }
+    }
+    rows
+}
