@@ -1,25 +1,48 @@
 //! The tree against the naive intersector, on meshes and rays made to be awkward.
 
+use bih_core::build::Layout;
+use bih_core::simd::{Kernel, Lanes, Scalar, dispatch_to, instruction_sets};
 use bih_core::traverse::{Counts, Stack, Uncounted, closest, naive_closest, naive_occluded, occluded};
 use bih_core::{BuildOptions, Control, Ray, Tree, Triangles, Vertices, build, tree};
 use proptest::prelude::*;
 
-fn build_tree(triangles: &Triangles, leaf_size: usize) -> Tree {
-    let tree = build(triangles, &BuildOptions { leaf_size: Some(leaf_size) }, &Control::default()).unwrap();
+fn build_tree(triangles: &Triangles, layout: Layout, leaf_size: usize) -> Tree {
+    let options = BuildOptions { layout, leaf_size: Some(leaf_size) };
+    let tree = build(triangles, &options, &Control::default()).unwrap();
     tree::validate(&tree, triangles).unwrap();
-    assert!(tree.stats().tree_bytes <= tree.stats().bound_bytes);
+    assert!(tree.stats().tree_bytes <= tree.stats().bound_bytes, "{:?}", tree.stats());
     tree
 }
 
+struct Agreement<'a> {
+    tree: &'a Tree,
+    triangles: &'a Triangles<'a>,
+    rays: &'a [Ray],
+}
+
+impl Kernel for Agreement<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self { tree, triangles, rays } = self;
+        let mut stack = Stack::default();
+        for ray in rays.iter().filter(|ray| ray.is_valid()) {
+            let found = closest::<L, _>(tree, triangles, ray, &mut stack, &mut Uncounted);
+            assert_eq!(found, naive_closest(tree, triangles, ray), "{ray:?}");
+            let hidden = occluded::<L, _>(tree, triangles, ray, &mut stack, &mut Uncounted);
+            assert_eq!(hidden, naive_occluded(tree, triangles, ray), "{ray:?}");
+            assert_eq!(hidden, found.is_some(), "{ray:?}");
+        }
+    }
+}
+
 fn agree(triangles: &Triangles, leaf_size: usize, rays: &[Ray]) {
-    let tree = build_tree(triangles, leaf_size);
-    let mut stack = Stack::default();
-    for ray in rays.iter().filter(|ray| ray.is_valid()) {
-        let found = closest(&tree, triangles, ray, &mut stack, &mut Uncounted);
-        assert_eq!(found, naive_closest(&tree, triangles, ray), "{ray:?}");
-        let hidden = occluded(&tree, triangles, ray, &mut stack, &mut Uncounted);
-        assert_eq!(hidden, naive_occluded(&tree, triangles, ray), "{ray:?}");
-        assert_eq!(hidden, found.is_some(), "{ray:?}");
+    for layout in [Layout::Classic, Layout::Wide] {
+        let tree = build_tree(triangles, layout, leaf_size);
+        for set in instruction_sets() {
+            dispatch_to(*set, Agreement { tree: &tree, triangles, rays });
+        }
     }
 }
 
@@ -96,7 +119,7 @@ fn a_tree_as_deep_as_halving_allows_needs_no_more_stack_than_it_has() {
         soup.extend([[1e-45, 0.0, 0.0], [0.0, 1e-45, 0.0], [0.0, 0.0, 1e-45]]);
     }
     let triangles = Triangles::new(Vertices::F32(&soup), None).unwrap();
-    let tree = build_tree(&triangles, 1);
+    let tree = build_tree(&triangles, Layout::Classic, 1);
     assert!(tree.stats().depth > 90, "{}", tree.stats().depth);
     assert!(tree.stats().depth <= tree::MAX_DEPTH as usize);
     let origins = [[1.0, 1.0, 1.0], [1e-40, 1e-40, 1e-40], [-1.0, -1.0, -1.0]];
@@ -109,11 +132,12 @@ fn a_million_triangles_with_one_centre_make_a_shallow_tree() {
     let soup: Vec<[f32; 3]> =
         (0..1_000_000).flat_map(|_| [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]).collect();
     let triangles = Triangles::new(Vertices::F32(&soup), None).unwrap();
-    let tree = build_tree(&triangles, 4);
+    let tree = build_tree(&triangles, Layout::Classic, 4);
     assert!(tree.stats().depth <= 20, "{}", tree.stats().depth);
+    assert!(build_tree(&triangles, Layout::Wide, 8).stats().depth <= 10);
     let mut counts = Counts::default();
     let ray = Ray::new([0.25, 0.25, 1.0], [0.0, 0.0, -1.0]);
-    let hit = closest(&tree, &triangles, &ray, &mut Stack::default(), &mut counts).unwrap();
+    let hit = closest::<Scalar, _>(&tree, &triangles, &ray, &mut Stack::default(), &mut counts).unwrap();
     assert_eq!((hit.t, hit.triangle), (1.0, 0));
 }
 
@@ -127,7 +151,7 @@ fn triangles_that_cannot_be_hit_are_rejected_and_the_rest_works() {
         [[0.0, 0.0, f32::INFINITY], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
     ];
     let triangles = Triangles::new(Vertices::F32(soup.as_flattened()), None).unwrap();
-    let tree = build_tree(&triangles, 1);
+    let tree = build_tree(&triangles, Layout::Classic, 1);
     assert_eq!(tree.stats().rejected, 3);
     assert_eq!(tree.order(), [1, 0, 2, 3]);
     assert_eq!(tree.bounds().upper, [1.0, 1.0, 0.0]);

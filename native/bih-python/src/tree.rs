@@ -1,8 +1,8 @@
 //! Trees and their queries.
 
+use bih_core::build::Layout;
 use bih_core::geometry::Triangles;
 use bih_core::traverse::{Limits, RayBatch};
-use bih_core::build::Layout;
 use bih_core::{BuildOptions, Control, Error, Tree as CoreTree, tree};
 use numpy::{PyArray, PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
@@ -162,7 +162,9 @@ impl Tree {
         let max_depth = max_depth.map(|depth| count("max_depth", depth, 0)).transpose()?.unwrap_or(usize::MAX);
         let limit = limit.map(|limit| count("limit", limit, 0)).transpose()?.unwrap_or(usize::MAX);
         let max_depth = u32::try_from(max_depth).unwrap_or(u32::MAX);
-        let rows = py.detach(|| tree::node_table(&self.core, max_depth, limit));
+        let rows = self.mesh.with_triangles(py, |triangles| {
+            run(py, self.pool.as_ref(), |control| tree::node_table(&self.core, &triangles, max_depth, limit, control))
+        })??;
         let numpy = py.import("numpy")?;
         let dtype = numpy.call_method1("dtype", (node_fields(),))?;
         let bytes = PyByteArray::new(py, bytemuck::cast_slice(&rows));

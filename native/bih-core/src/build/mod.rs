@@ -10,7 +10,7 @@ use crate::control::Control;
 use crate::error::Error;
 use crate::geometry::Triangles;
 use crate::simd::FloatEnvironment;
-use crate::tree::{Node, Stats, Tree, WIDTH, Wide};
+use crate::tree::{Node, Record, Stats, Tree, WIDTH, Wide};
 
 /// What a person can choose about the construction.
 #[derive(Debug, Clone, Copy, Default)]
@@ -40,7 +40,24 @@ pub const DEFAULT_WIDE_LEAF_SIZE: usize = 8;
 /// Bytes that a tree over `triangles` never exceeds: a binary tree of one leaf a triangle, and one reference each.
 ///
 /// Known before the build, because an object is referred to once (Wächter and Keller 2006, section 3).
-pub fn bound_bytes(triangles: usize) -> usize {
+pub fn bound_bytes(layout: Layout, triangles: &Triangles) -> usize {
+    match layout {
+        Layout::Classic => classic_bound(triangles.len()),
+        Layout::Wide => wide_bound(triangles.len(), triangles.is_double()),
+    }
+}
+
+/// One record for each seven leaves that it adds, where it is full; one that is not full has leaves alone, two at least.
+/// So of r records with one triangle a leaf at most (T + 1) · 4 / 7 are needed, and one more for a root with one leaf.
+fn wide_bound(triangles: usize, is_double: bool) -> usize {
+    if triangles == 0 {
+        return 0;
+    }
+    let rows = if is_double { 0 } else { (9 * triangles + WIDTH) * size_of::<f32>() };
+    Record::BYTES * (4 * (triangles + 1) / 7 + 1) + rows + size_of::<u32>() * triangles
+}
+
+fn classic_bound(triangles: usize) -> usize {
     Node::BYTES * (2 * triangles).saturating_sub(1) + size_of::<u32>() * triangles
 }
 
@@ -74,12 +91,12 @@ pub fn build(triangles: &Triangles, options: &BuildOptions, control: &Control) -
         leaves: built.leaves,
         depth,
         tree_bytes,
-        bound_bytes: bound_bytes(triangles.len()),
+        bound_bytes: bound_bytes(options.layout, triangles),
         peak_build_bytes: tree_bytes + binary_bytes + scratch_bytes + rejected.len() * size_of::<u32>(),
         build_seconds: start.elapsed().as_secs_f64(),
         rejected: rejected.len(),
         left_out: built.left_out,
     };
     let nodes = if wide.is_some() { Vec::new() } else { built.nodes };
-    Ok(Tree { nodes, wide, order, rejected: rejected.len(), bounds: built.bounds, stats })
+    Ok(Tree { nodes, wide, order, rejected: rejected.len(), bounds: built.bounds, leaf_size, stats })
 }

@@ -74,8 +74,9 @@ impl Lighting {
                 continue;
             }
             let shadow_ray = Ray { t_max, ..Ray::new(lifted(surface), to_light) };
-            let is_hidden =
-                self.shadows && shadow_ray.is_valid() && occluded::<L, _>(tree, triangles, &shadow_ray, stack, &mut Uncounted);
+            let is_hidden = self.shadows
+                && shadow_ray.is_valid()
+                && occluded::<L, _>(tree, triangles, &shadow_ray, stack, &mut Uncounted);
             if !is_hidden {
                 for (channel, irradiance) in radiance.iter_mut().zip(irradiance) {
                     *channel += ALBEDO / PI * irradiance * cosine;

@@ -114,6 +114,7 @@ mod tests {
     impl Kernel for Everything {
         type Output = Vec<u32>;
 
+        #[inline(always)]
         fn run<L: Lanes>(self) -> Vec<u32> {
             let mut bits = Vec::new();
             for shift in 0..8 {
@@ -121,8 +122,15 @@ mod tests {
                 turned.rotate_left(shift);
                 let (a, b) = (L::load(&ODD), L::load(&turned));
                 let values = [
-                    a.plus(b), a.minus(b), a.times(b), a.over(b), a.magnitude(), a.turned_by(b), a.minimum(b),
-                    a.maximum(b), L::splat(turned[0]),
+                    a.plus(b),
+                    a.minus(b),
+                    a.times(b),
+                    a.over(b),
+                    a.magnitude(),
+                    a.turned_by(b),
+                    a.minimum(b),
+                    a.maximum(b),
+                    L::splat(turned[0]),
                 ];
                 // Which NaN comes out is not promised.
                 let canonical = |x: f32| if x.is_nan() { f32::NAN.to_bits() } else { x.to_bits() };

@@ -58,7 +58,12 @@ impl RayBatch<'_> {
     }
 
     /// The nearest hit of each ray; none for a miss and for an invalid ray.
-    pub fn closest(&self, tree: &Tree, triangles: &Triangles, control: &Control) -> Result<Vec<Option<Hit>>, Cancelled> {
+    pub fn closest(
+        &self,
+        tree: &Tree,
+        triangles: &Triangles,
+        control: &Control,
+    ) -> Result<Vec<Option<Hit>>, Cancelled> {
         self.answer(&Closest { tree, triangles }, control)
     }
 

@@ -3,9 +3,9 @@
 use std::cmp::Ordering;
 use std::ops::ControlFlow;
 
-use super::{Counter, wide};
 use super::interval::Crossing;
 use super::stack::{Entry, Stack};
+use super::{Counter, wide};
 use crate::geometry::{Corners, Ray, Triangles};
 use crate::intersect::{Distance, RayTest, weights};
 use crate::simd::Lanes;

@@ -11,7 +11,13 @@ use crate::tree::Tree;
 
 /// Whether any triangle lies between the ends of a valid ray; ends at the first that does.
 #[inline(always)]
-pub fn occluded<L: Lanes, C: Counter>(tree: &Tree, triangles: &Triangles, ray: &Ray, stack: &mut Stack, counter: &mut C) -> bool {
+pub fn occluded<L: Lanes, C: Counter>(
+    tree: &Tree,
+    triangles: &Triangles,
+    ray: &Ray,
+    stack: &mut Stack,
+    counter: &mut C,
+) -> bool {
     let test = RayTest::new(ray, tree.bounds());
     let mut found = false;
     if let Some(wide) = &tree.wide {

@@ -24,7 +24,11 @@ pub struct Stack {
 
 impl Default for Stack {
     fn default() -> Self {
-        Self { entries: [Entry::default(); MAX_DEPTH as usize], len: 0, wide: Vec::with_capacity(8 * MAX_DEPTH as usize) }
+        Self {
+            entries: [Entry::default(); MAX_DEPTH as usize],
+            len: 0,
+            wide: Vec::with_capacity(8 * MAX_DEPTH as usize),
+        }
     }
 }
 

@@ -302,10 +302,10 @@ pub(super) fn walk<L: Lanes, C: Counter>(
 fn meets_slowly(crossing: &Crossing, ray: &Ray, record: &Record, limit: f32) -> (u8, [f32; WIDTH]) {
     let mut near = [0.0; WIDTH];
     let mut hits = 0;
-    for lane in 0..WIDTH {
+    for (lane, near) in near.iter_mut().enumerate() {
         let bounds = record.bounds(lane);
         let (enters, leaves) = crossing.clip(&bounds, ray.t_min, f64::from(limit).min(ray.t_max));
-        near[lane] = round_down(enters);
+        *near = round_down(enters);
         hits |= u8::from(enters <= leaves && bounds.lower[0] <= bounds.upper[0]) << lane;
     }
     (hits, near)

@@ -32,6 +32,7 @@ pub struct Tree {
     pub(crate) order: Vec<u32>,
     pub(crate) rejected: usize,
     pub(crate) bounds: Bounds,
+    pub(crate) leaf_size: usize,
     pub(crate) stats: Stats,
 }
 

@@ -2,7 +2,11 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use super::{Kind, Tree};
+use super::{Kind, Tree, Visit};
+use crate::build::{BuildOptions, Layout, build};
+use crate::control::Control;
+use crate::error::Error;
+use crate::geometry::Triangles;
 
 /// One row, packed as the structured array that Python sees.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
@@ -28,26 +32,41 @@ pub struct NodeRow {
     pub count: i64,
 }
 
-/// Rows of the nodes down to `max_depth`, at most `limit` of them, breadth first.
-pub fn node_table(tree: &Tree, max_depth: u32, limit: usize) -> Vec<NodeRow> {
-    tree.visit(max_depth)
-        .take(limit)
-        .map(|visit| {
-            let (kind, axis, clip) = match visit.kind {
-                Kind::Inner { axis, clip, .. } => (0, axis as i8, clip),
-                Kind::Leaf { .. } => (1, -1, [f32::NAN; 2]),
-            };
-            NodeRow {
-                parent: visit.parent.map_or(-1, |row| row as i32),
-                depth: visit.depth as i32,
-                kind,
-                axis,
-                clip,
-                lower: visit.bounds.lower,
-                upper: visit.bounds.upper,
-                first: visit.first as i64,
-                count: visit.count as i64,
-            }
-        })
-        .collect()
+/// Rows of the binary tree's nodes down to `max_depth`, at most `limit` of them, breadth first.
+///
+/// Wide records do not hold the splits that they collapsed: these are found again by the same construction.
+pub fn node_table(
+    tree: &Tree,
+    triangles: &Triangles,
+    max_depth: u32,
+    limit: usize,
+    control: &Control,
+) -> Result<Vec<NodeRow>, Error> {
+    let built;
+    let binary = if tree.wide.is_none() {
+        tree
+    } else {
+        let options = BuildOptions { layout: Layout::Classic, leaf_size: Some(tree.leaf_size) };
+        built = build(triangles, &options, control)?;
+        &built
+    };
+    Ok(binary.visit(max_depth).take(limit).map(row).collect())
+}
+
+fn row(visit: Visit) -> NodeRow {
+    let (kind, axis, clip) = match visit.kind {
+        Kind::Inner { axis, clip, .. } => (0, axis as i8, clip),
+        Kind::Leaf { .. } => (1, -1, [f32::NAN; 2]),
+    };
+    NodeRow {
+        parent: visit.parent.map_or(-1, |row| row as i32),
+        depth: visit.depth as i32,
+        kind,
+        axis,
+        clip,
+        lower: visit.bounds.lower,
+        upper: visit.bounds.upper,
+        first: visit.first as i64,
+        count: visit.count as i64,
+    }
 }

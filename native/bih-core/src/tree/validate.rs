@@ -1,6 +1,6 @@
 //! Every rule that a tree keeps, checked one by one.
 
-use super::{Kind, MAX_DEPTH, Tree};
+use super::{Kind, MAX_DEPTH, Target, Tree, WIDTH, Wide};
 use crate::error::Error;
 use crate::geometry::{Bounds, Triangles};
 
@@ -22,6 +22,9 @@ pub fn validate(tree: &Tree, triangles: &Triangles) -> Result<(), Error> {
         }
     }
     let references = tree.references();
+    if let Some(wide) = &tree.wide {
+        return validate_wide(wide, references, triangles);
+    }
     if tree.nodes.is_empty() {
         let lost = references.len();
         return if lost == 0 { Ok(()) } else { broken(0, format!("{lost} references and no node")) };
@@ -71,6 +74,57 @@ pub fn validate(tree: &Tree, triangles: &Triangles) -> Result<(), Error> {
     Ok(())
 }
 
+/// The same of wide records: each leaf's triangles lie within the box of its lane and of every lane above it, and the
+/// rows hold their vertices.
+fn validate_wide(wide: &Wide, references: &[u32], triangles: &Triangles) -> Result<(), Error> {
+    let broken = |node: usize, problem: String| Err(Error::Broken { node, problem });
+    let mut seen = vec![false; references.len()];
+    let mut reached = 0;
+    let everything = Bounds { lower: [f32::NEG_INFINITY; 3], upper: [f32::INFINITY; 3] };
+    let mut stack = Vec::new();
+    if !references.is_empty() {
+        stack.push((0, everything));
+    }
+    while let Some((index, outer)) = stack.pop() {
+        reached += 1;
+        let Some(record) = wide.records.get(index) else {
+            return broken(index, format!("{} records", wide.records.len()));
+        };
+        for lane in (0..WIDTH).filter(|&lane| record.bounds(lane) != Bounds::EMPTY) {
+            let bounds = record.bounds(lane);
+            if !outer.contains(&bounds) {
+                return broken(index, format!("lane {lane} reaches out of its record"));
+            }
+            match record.child(lane).target() {
+                Target::Record(child) if child <= index => return broken(index, format!("child {child}")),
+                Target::Record(child) => stack.push((child, bounds)),
+                Target::Leaf { first, count } => {
+                    for (place, &reference) in references.iter().enumerate().skip(first).take(count) {
+                        match seen.get_mut(place) {
+                            None | Some(true) => return broken(index, format!("reference {place} in lane {lane}")),
+                            Some(seen) => *seen = true,
+                        }
+                        let corners = triangles.corners(reference);
+                        if !bounds.contains(&Bounds::of_triangle(&corners)) {
+                            return broken(index, format!("triangle {reference} reaches out of its box"));
+                        }
+                        let row = |row: usize| f64::from(wide.rows[9 * first + row * count + place - first]);
+                        if !wide.rows.is_empty()
+                            && !corners.as_flattened().iter().enumerate().all(|(i, &x)| row(i) == x)
+                        {
+                            return broken(index, format!("vertices of triangle {reference} differ"));
+                        }
+                    }
+                }
+            }
+        }
+    }
+    if reached != wide.records.len() || seen.contains(&false) {
+        return broken(0, format!("{reached} of {} records can be reached", wide.records.len()));
+    }
+    Ok(())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -87,7 +141,8 @@ mod tests {
     fn each_kind_of_damage_is_found() {
         let vertices = strip();
         let triangles = Triangles::new(Vertices::F32(&vertices), None).unwrap();
-        let good = build(&triangles, &BuildOptions { leaf_size: Some(1), ..Default::default() }, &Control::default()).unwrap();
+        let good =
+            build(&triangles, &BuildOptions { leaf_size: Some(1), ..Default::default() }, &Control::default()).unwrap();
         assert_eq!(validate(&good, &triangles), Ok(()));
 
         let damage: [fn(&mut Tree); 7] = [

@@ -116,6 +116,9 @@ impl Wide {
 
     /// Collapse a binary tree whose leaves have at most `WIDTH` triangles.
     pub fn collapse(nodes: &[Node], references: &[u32], triangles: &Triangles) -> Self {
+        if nodes.is_empty() {
+            return Self { records: Vec::new(), rows: Vec::new(), depth: 0 };
+        }
         let bounds = node_bounds(nodes, references, triangles);
         let rows = if triangles.is_double() { Vec::new() } else { leaf_rows(nodes, references, triangles) };
         let mut records = vec![Record::EMPTY];
@@ -141,23 +144,29 @@ impl Wide {
     }
 }
 
-/// The nodes that become children of one record: the largest inner one is replaced by its two children while there is
-/// room. They keep the order of the tree.
+/// The nodes that become children of one record: the largest inner one, the higher one of equals, is replaced by its two
+/// children while there is room. They keep the order of the tree.
 fn children_of(node: usize, nodes: &[Node], bounds: &[Bounds]) -> Vec<usize> {
-    let mut lanes = vec![node];
+    // A node and how far it is below the first.
+    let mut lanes = vec![(node, 0)];
     while lanes.len() < WIDTH {
-        let inner = |&lane: &usize| match nodes[lanes[lane]].kind() {
-            Kind::Inner { left, .. } => Some((lane, left)),
-            Kind::Leaf { .. } => None,
-        };
-        let area = |lane: usize| half_area(&bounds[lanes[lane]]);
-        let largest = (0..lanes.len()).filter_map(|lane| inner(&lane)).reduce(|best, other| {
-            if area(other.0) > area(best.0) { other } else { best }
-        });
+        let mut largest: Option<(usize, usize)> = None;
+        for (lane, &(node, depth)) in lanes.iter().enumerate() {
+            let Kind::Inner { left, .. } = nodes[node].kind() else { continue };
+            let precedes = largest.is_none_or(|(other, _)| {
+                let (node_there, depth_there) = lanes[other];
+                let (area, other_area) = (half_area(&bounds[node]), half_area(&bounds[node_there]));
+                area > other_area || area == other_area && depth < depth_there
+            });
+            if precedes {
+                largest = Some((lane, left));
+            }
+        }
         let Some((lane, left)) = largest else { break };
-        lanes.splice(lane..=lane, [left, left + 1]);
+        let depth = lanes[lane].1 + 1;
+        lanes.splice(lane..=lane, [(left, depth), (left + 1, depth)]);
     }
-    lanes
+    lanes.into_iter().map(|(node, _)| node).collect()
 }
 
 fn half_area(bounds: &Bounds) -> f64 {
