@@ -115,6 +115,19 @@ def test_no_file_is_large() -> None:
     assert not [shown(path) for path in large if path.suffix not in {".so", ".pyd"}]
 
 
+@pytest.mark.parametrize("name", ["requirements", "requirements-dev"])
+def test_every_pin_has_its_reason_and_its_hashes(name: str) -> None:
+    lines = (PROJECT / f"{name}.in").read_text().splitlines()
+    pins = [line for line in lines if line and not line.startswith(("#", "-r "))]
+    assert pins
+    assert not [pin for pin in pins if not re.fullmatch(r"[\w-]+==\S+ +# .+", pin)]
+    locked = (PROJECT / f"{name}.lock").read_text()
+    for pin in pins:
+        assert re.search(rf"^{re.escape(pin.split()[0])} \\\n    --hash=sha256:", locked, re.MULTILINE)
+    assert "://" not in locked
+    assert "index" not in locked
+
+
 def test_unsafe_code_is_denied() -> None:
     native = PROJECT / "native"
     assert "#![deny(unsafe_code)]" in (native / "bih-core" / "src" / "lib.rs").read_text()

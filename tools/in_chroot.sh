@@ -1,6 +1,6 @@
 #!/bin/sh
 # in_chroot.sh ROOT PROJECT PROGRAM [ARGUMENT…]: run PROGRAM in the system under ROOT, as root, in the current folder.
-# /dev, /proc, /tmp, PROJECT and the current folder are the same inside. The mounts are seen by nobody else, and
+# /dev, /proc, /tmp, $TMPDIR, PROJECT and the current folder are the same inside. The mounts are seen by nobody else, and
 # they and every process started here end with PROGRAM, or when this script is killed.
 set -eu
 
@@ -13,7 +13,7 @@ shift 2
 
 mount --rbind /dev "$root/dev"
 mount -t proc proc "$root/proc"
-for folder in /tmp "$project" "$PWD"; do
+for folder in /tmp "${TMPDIR:-/tmp}" "$project" "$PWD"; do
     case $folder in
     / | /usr | /usr/* | /bin | /etc | /lib | /lib64 | /sbin | /var)
         echo "in_chroot.sh: cannot be used from $folder: it would hide the other system's own" >&2

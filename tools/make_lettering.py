@@ -1,22 +1,22 @@
 """Make addon/pipeline/lettering.npz: the glyphs of Droid Sans as OpenImageIO renders them.
 
 Run it with the OpenImageIO wheel of the Python package index, which has FreeType and the font:
-python tools/make_lettering.py
+python -m tools.make_lettering
 """
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import OpenImageIO
 from numpy.typing import NDArray
 
+from addon.pipeline.lettering import GLYPHS, LINE_HEIGHT
+
 FONT, SIZE, MARGIN = "DroidSans", 40, 8
-ASCENT, DESCENT = 40, 12  # rows above and below the baseline; accents on capitals reach 38
+ASCENT = 40  # rows above the baseline, which leave room for accents on capitals
 CHARACTERS = "".join(chr(code) for code in (*range(32, 127), *range(160, 256))) + "–—"
-TARGET = Path(__file__).resolve().parents[1] / "addon" / "pipeline" / "lettering.npz"
 
 
 def rendered() -> dict[str, Any]:
@@ -33,7 +33,7 @@ def rendered() -> dict[str, Any]:
 def _cell(character: str) -> NDArray[np.uint8]:
     # What a character adds between two others is its advance; its own ink says nothing about it.
     advance = _width(f"H{character}H") - _width("HH")
-    image = OpenImageIO.ImageBuf(OpenImageIO.ImageSpec(advance + 2 * MARGIN, ASCENT + DESCENT, 1, "float"))
+    image = OpenImageIO.ImageBuf(OpenImageIO.ImageSpec(advance + 2 * MARGIN, LINE_HEIGHT, 1, "float"))
     OpenImageIO.ImageBufAlgo.zero(image)
     if not OpenImageIO.ImageBufAlgo.render_text(image, MARGIN, ASCENT, character, SIZE, FONT, (1.0,)):
         raise SystemExit(f"cannot render {character!r}: {image.geterror()}")
@@ -48,4 +48,4 @@ def _width(text: str) -> int:
 
 
 if __name__ == "__main__":
-    np.savez_compressed(TARGET, **rendered())
+    np.savez_compressed(GLYPHS, **rendered())

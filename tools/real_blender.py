@@ -35,12 +35,13 @@ PACKAGES = (
     *(*WINDOW_PROGRAMS.values(), "libgl1-mesa-dri", "libegl1", "libgl1"),
 )
 
-# $1 suite, $2 the new root, $3 mirror, $4 keyring; then the packages. No service is to start inside, and Blender
-# looks for /etc/mtab.
+# $1 suite, $2 the new root, $3 mirror, $4 keyring; then the packages. A mirror may be https; no service is to start
+# inside; Blender looks for /etc/mtab.
 SET_UP = """
 suite=$1 root=$2 mirror=$3 keyring=$4
 shift 4
-debootstrap --variant=minbase --force-check-gpg --keyring="$keyring" "$suite" "$root" "$mirror"
+debootstrap --variant=minbase --include=ca-certificates --force-check-gpg --keyring="$keyring" \\
+    "$suite" "$root" "$mirror"
 mount --rbind /dev "$root/dev"
 mount -t proc proc "$root/proc"
 printf '#!/bin/sh\\nexit 101\\n' > "$root/usr/sbin/policy-rc.d"
@@ -139,19 +140,16 @@ def _make_root() -> None:
     for leftover in folder.glob("unfinished-*"):
         shutil.rmtree(leftover)
     unfinished = Path(tempfile.mkdtemp(prefix="unfinished-", dir=folder))
+    unfinished.chmod(0o755)  # apt downloads as a user of its own
     log = folder / "set-up.log"
     namespace = ["unshare", "--mount", "--pid", "--fork", "--kill-child", "--propagation", "private"]
-    arguments = [SUITE, str(unfinished), mirror(), str(KEYRING), *PACKAGES]
+    command = [*namespace, "sh", "-euc", SET_UP, "sh", SUITE, str(unfinished), mirror(), str(KEYRING), *PACKAGES]
     print(f"Setting up a Blender from Debian {SUITE} in {folder} (a minute or two; log: {log})", file=sys.stderr)
     with log.open("w") as output:
-        made = subprocess.run(
-            [*namespace, "sh", "-euc", SET_UP, "sh", *arguments],
-            stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT, check=False,
-        )  # fmt: skip
+        made = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT, check=False)
     if made.returncode != 0:
         last = log.read_text(errors="replace").strip().splitlines()[-1:]
         raise Unavailable(f"a real Blender: its set-up failed ({''.join(last)}); all of it is in {log}")
-    unfinished.chmod(0o755)
     unfinished.rename(_root())
 
 

@@ -17,6 +17,9 @@ from numpy.typing import NDArray
 GLYPHS = Path(__file__).with_name("lettering.npz")
 UNKNOWN = "?"
 
+LINE_HEIGHT = 52
+"""Rows of a line of text."""
+
 
 class Glyphs(NamedTuple):
     """The glyph of characters[i] is coverage[:, starts[i]:starts[i + 1]], first row at the top; `margin` columns on
@@ -34,13 +37,8 @@ def glyphs() -> Glyphs:
         return Glyphs(str(archive["characters"]), archive["coverage"], archive["starts"], int(archive["margin"]))
 
 
-def line_height() -> int:
-    """Rows of a line of text."""
-    return glyphs().coverage.shape[0]
-
-
 def text_coverage(text: str) -> NDArray[np.float32]:
-    """One line of text as coverage in [0, 1], (line_height(), width), first row at the top; a character that is not
+    """One line of text as coverage in [0, 1], (LINE_HEIGHT, width), first row at the top; a character that is not
     in Latin-1 becomes a question mark."""
     characters, coverage, starts, margin = glyphs()
     rows = [characters.find(character) if character in characters else characters.find(UNKNOWN) for character in text]

@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .image import openimageio
-from .lettering import line_height, text_coverage
+from .lettering import LINE_HEIGHT, text_coverage
 from .overlay import INNER, LEAF, Kind, overlapping
 from .overlay_style import COLOURS, Colour
 
-PITCH = round(1.15 * line_height())  # from line to line; all sizes here are those of the lettering
-PAD = line_height() // 2
-SWATCH = (int(0.8 * line_height()), 3 * line_height())  # rows, columns
+PITCH = round(1.15 * LINE_HEIGHT)  # from line to line; all sizes here are those of the lettering
+PAD = LINE_HEIGHT // 2
+SWATCH = (int(0.8 * LINE_HEIGHT), 3 * LINE_HEIGHT)  # rows, columns
 STROKE = 4
 INK: Colour = (0.1, 0.1, 0.1)
 
@@ -35,7 +35,7 @@ def legend(
     """
     panel = _panel(_entries(nodes, max_depth, caption))
     rows, columns = panel.shape[:2]
-    scale = min(TEXT_HEIGHT * height / line_height(), MOST_HEIGHT * height / rows, MOST_WIDTH * width / columns)
+    scale = min(TEXT_HEIGHT * height / LINE_HEIGHT, MOST_HEIGHT * height / rows, MOST_WIDTH * width / columns)
     return _resized(panel, max(1, round(rows * scale)), max(1, round(columns * scale)))
 
 
@@ -80,10 +80,10 @@ def _panel(entries: list[tuple[Image | None, str]]) -> Image:
     for row, (text, (swatch, _)) in enumerate(zip(texts, entries, strict=True)):
         top, left = PAD + row * PITCH, PAD
         if swatch is not None:
-            middle = top + (line_height() - SWATCH[0]) // 2
+            middle = top + (LINE_HEIGHT - SWATCH[0]) // 2
             panel[middle : middle + SWATCH[0], left : left + SWATCH[1]] = swatch
             left += indent
-        place = panel[top : top + line_height(), left : left + text.shape[1]]
+        place = panel[top : top + LINE_HEIGHT, left : left + text.shape[1]]
         place += text[..., None] * (np.array(INK, np.float32) - place)
     return panel
 

@@ -43,7 +43,7 @@ HATCH_PERIOD, HATCH_WIDTH, LEAST_HATCH_PERIOD = 6.0, 2.5, 4.0
 FACE_OPACITY = {
     Kind.LEFT: 0.16 * 0.5 ** np.arange(LEVELS),
     Kind.RIGHT: 0.16 * 0.5 ** np.arange(LEVELS),
-    Kind.OVERLAP: 0.55 * 0.5 ** np.arange(LEVELS),
+    Kind.OVERLAP: 0.5 * 0.5 ** np.arange(LEVELS),
 }
 """Of one face, by depth."""
 

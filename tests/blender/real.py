@@ -29,13 +29,21 @@ def blender() -> RealBlender:
     try:
         return real_blender.find()
     except real_blender.Unavailable as error:
-        unavailable(error)
+        lacking(str(error))
 
 
-def unavailable(error: real_blender.Unavailable) -> NoReturn:
+def blender_that_writes_files() -> RealBlender:
+    """The same, with OpenImageIO: Blender's own builds have it from 4.5 on, Debian's package where it is installed."""
+    found = blender()
+    if run(found.command("--background", "--python-exit-code", 1, "--python-expr", "import OpenImageIO")).returncode:
+        lacking("the Python module OpenImageIO in Blender: Blender 4.5 or later has it, Debian's python3-openimageio")
+    return found
+
+
+def lacking(what: str) -> NoReturn:
     if os.environ.get("CI"):
-        pytest.fail(f"CI is set, and this is missing: {error}")
-    pytest.skip(f"missing: {error}")
+        pytest.fail(f"CI is set, and this is missing: {what}")
+    pytest.skip(f"missing: {what}")
 
 
 @cache

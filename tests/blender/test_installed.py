@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tests.blender.real import BUNNY, INSIDE, blender, extension, read, run
+from tests.blender.real import BUNNY, INSIDE, blender, blender_that_writes_files, extension, read, run
 
 WIDTH, HEIGHT = 160, 120
 
@@ -49,7 +49,7 @@ def assert_same_but_for_rounding(found: NDArray[np.uint8], expected: NDArray[np.
 
 def test_the_command_line(profile: Path, from_the_wheel: NDArray[np.uint8], tmp_path: Path) -> None:
     image = tmp_path / "bunny.png"
-    done = run(blender().command("--command", "bih", *render_arguments(image)), profile)
+    done = run(blender_that_writes_files().command("--command", "bih", *render_arguments(image)), profile)
     assert done.returncode == 0, done.stderr
     assert_same_but_for_rounding(read(image), from_the_wheel)
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.blender.real import BUNNY, INSIDE, PROJECT, blender, extension, read, run, unavailable
+from tests.blender.real import BUNNY, INSIDE, PROJECT, blender, extension, lacking, read, run
 from tools.real_blender import Unavailable
 
 WIDTH, HEIGHT = 480, 360
@@ -23,7 +23,7 @@ def test_the_image_editor_shows_the_picture(tmp_path: Path) -> None:
     try:
         in_a_window = blender().window_command("--window-maximized", BUNNY, *script)
     except Unavailable as error:
-        unavailable(error)
+        lacking(str(error))
     install = ["--command", "extension", "install-file", "-r", "user_default", "--enable", extension()]
     assert run(blender().command(*install), profile).returncode == 0
 

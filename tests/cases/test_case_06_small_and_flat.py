@@ -5,7 +5,6 @@ import pytest
 
 from tests import meshes
 from tests.agreement import assert_true
-from tests.oracle import Oracle
 from tests.rays import around, at_features, joined
 from tests.variants import every_tree
 
@@ -33,7 +32,7 @@ def test_one_and_two_triangles(variant, count):
     tree = variant.tree(*mesh)
     tree.validate()
     rng = np.random.default_rng(1)
-    hits = assert_true(tree, Oracle(*mesh), *joined(around(mesh, 60, rng), at_features(mesh, 60, rng)))
+    hits = assert_true(tree, mesh, *joined(around(mesh, 60, rng), at_features(mesh, 60, rng)))
     assert set(hits.triangle) == set(range(-1, count))
     table = tree.nodes()
     leaves = table[table["kind"] == 1]
@@ -52,7 +51,7 @@ def test_flat(variant, axis, height):
     box = tree.bounds
     assert box[0, axis] == box[1, axis] == np.float32(height)
     rng = np.random.default_rng(1)
-    hits = assert_true(tree, Oracle(*mesh), *joined(around(mesh, 60, rng), at_features(mesh, 60, rng)))
+    hits = assert_true(tree, mesh, *joined(around(mesh, 60, rng), at_features(mesh, 60, rng)))
     assert hits.hit.sum() > 60
 
 
@@ -67,9 +66,9 @@ def test_a_line_of_triangles_sorted_or_reversed(variant, turn, axis):
     assert tree.stats.depth <= 8 + 1
     rng = np.random.default_rng(1)
     rays = joined(around(mesh, 40, rng), at_features(mesh, 60, rng))
-    assert assert_true(tree, Oracle(*mesh), *rays).hit.any()
+    assert assert_true(tree, mesh, *rays).hit.any()
     along = np.roll([[-1, 0.125, 0.0625]], axis, axis=1), np.roll([[1.0, 0, 0]], axis, axis=1)
-    assert assert_true(tree, Oracle(*mesh), *along).triangle.tolist() == [0 if turn == 1 else 199]
+    assert assert_true(tree, mesh, *along).triangle.tolist() == [0 if turn == 1 else 199]
 
 
 @every_tree
@@ -80,7 +79,7 @@ def test_all_in_one_slanted_plane(variant):
     )
     rng = np.random.default_rng(1)
     rays = joined(around(mesh, 60, rng), at_features(mesh, 60, rng))
-    assert assert_true(variant.tree(*mesh), Oracle(*mesh), *rays).hit.sum() > 60
+    assert assert_true(variant.tree(*mesh), mesh, *rays).hit.sum() > 60
 
 
 @every_tree
@@ -90,4 +89,4 @@ def test_a_spiral(variant):
     tree.validate()
     rng = np.random.default_rng(1)
     rays = joined(around(mesh, 60, rng), at_features(mesh, 60, rng))
-    assert assert_true(tree, Oracle(*mesh), *rays).hit.any()
+    assert assert_true(tree, mesh, *rays).hit.any()

@@ -5,7 +5,6 @@ import pytest
 
 from tests import meshes
 from tests.agreement import assert_true
-from tests.oracle import Oracle
 from tests.variants import every_tree
 
 SPATIAL = 96  # cells are halved down to this depth
@@ -36,12 +35,12 @@ def test_the_deepest_tree(variant, dtype, steps):
     targets = corners.mean(axis=1)
     along_diagonal = np.ones((len(targets), 3))
     from_above = targets + [0, 0, 1] * targets[:, 2:]
-    assert_true(tree, Oracle(*mesh), from_above, [0, 0, -1.0] * targets[:, 2:])
-    assert_true(tree, Oracle(*mesh), from_above, targets - from_above)
+    assert_true(tree, mesh, from_above, [0, 0, -1.0] * targets[:, 2:])
+    assert_true(tree, mesh, from_above, targets - from_above)
     origins = np.vstack([-targets, 2 * targets])
-    assert_true(tree, Oracle(*mesh), origins, np.vstack([along_diagonal, -along_diagonal]))
+    assert_true(tree, mesh, origins, np.vstack([along_diagonal, -along_diagonal]))
     behind = np.array([[4, 4, 4.0], [-1, -1, -1], [4, 1e-30, 1e-30], [1e-30, -3, 1e-30]])
-    assert_true(tree, Oracle(*mesh), behind, -behind)
+    assert_true(tree, mesh, behind, -behind)
 
 
 @every_tree
@@ -60,5 +59,5 @@ def test_nested_clusters(variant):
     targets = mesh.corners().astype(np.float64).mean(axis=1)
     rng = np.random.default_rng(1)
     away = rng.normal(size=targets.shape) * 10.0 ** rng.integers(-36, 1, (len(targets), 1))
-    hits = assert_true(tree, Oracle(*mesh), targets + away, -away)
+    hits = assert_true(tree, mesh, targets + away, -away)
     assert hits.hit.mean() > 0.5

@@ -194,11 +194,12 @@ def test_a_copy_is_not_changed_by_its_source(variant):
 
 
 @every_tree
-def test_borrowed_arrays_become_read_only(variant):
+@pytest.mark.parametrize("dtype", [np.int32, np.uint32])
+def test_borrowed_arrays_become_read_only(variant, dtype):
     mesh = meshes.icosphere(2)
     rays = around(mesh, 64, np.random.default_rng(1))
     expected = variant.tree(*mesh).intersect(*rays)
-    vertices, triangles = mesh.vertices.copy(), mesh.triangles.astype(np.uint32)
+    vertices, triangles = mesh.vertices.copy(), mesh.triangles.astype(dtype)
     tree = variant.tree(vertices, triangles, copy=False)
     assert not vertices.flags.writeable and not triangles.flags.writeable
     with pytest.raises(ValueError, match="read-only"):
@@ -207,6 +208,37 @@ def test_borrowed_arrays_become_read_only(variant):
     assert tree.stats.mesh_bytes == 0
     del vertices, triangles
     assert_same(tree.intersect(*rays), expected)
+
+
+@pytest.mark.parametrize("rows", [[[0, 1, 8]], [[0, 1, -1]], [[0.5, 1, 2]]])
+def test_arrays_that_were_refused_stay_as_they_were(rows):
+    """An error is raised before anything is changed."""
+    vertices, triangles = BOX.vertices.copy(), np.array(rows)
+    with pytest.raises(bihtree.GeometryError, match="triangles"):
+        bihtree.Tree(vertices, triangles, copy=False)
+    assert vertices.flags.writeable and triangles.flags.writeable
+    with pytest.raises(ValueError, match="layout"):
+        bihtree.Tree(vertices, BOX.triangles.copy(), copy=False, layout="tall")
+    assert vertices.flags.writeable
+
+
+@every_tree
+def test_borrowed_arrays_changed_by_force_are_no_crash(variant):
+    """The caller may make them writable again: answers are then about nothing, but memory stays sound."""
+    mesh = meshes.icosphere(2)
+    rays = around(mesh, 64, np.random.default_rng(1))
+    vertices, triangles = mesh.vertices.copy(), mesh.triangles.astype(np.uint32)
+    tree = variant.tree(vertices, triangles, copy=False)
+    vertices.flags.writeable = triangles.flags.writeable = True
+    for vertex, row in [(np.nan, 0), (np.inf, 161), (3e38, 2**32 - 1), (0.0, 10**6)]:
+        vertices[::3], triangles[::2] = vertex, row
+        hits = tree.intersect(*rays)
+        assert len(hits) == 64 and (hits.triangle < len(triangles)).all()
+        tree.occluded(*rays), tree.traversal_cost(*rays), tree.nodes()
+    triangles[:] = 2**32 - 1
+    assert not tree.intersect(*rays).hit.any()
+    with pytest.raises(bihtree.BihError):
+        tree.validate()
 
 
 HUGE = """

@@ -119,7 +119,7 @@ mesh = meshes.sheets(1)
 tree = bihtree.Tree(mesh.vertices, np.repeat(mesh.triangles, 100_000, axis=0))
 origins = np.tile([0.75, 0.75, 1.0], (2_000_000, 1))
 directions = np.tile([0, 0, -1.0], (2_000_000, 1))
-camera = bihtree.Camera(np.diag([0.2, 0.2, -2.0, 1.0]), 8192, 8192)
+camera = bihtree.Camera([[0.1, 0, 0, 0.8], [0, 0.1, 0, 0.8], [0, 0, -2, 0], [0, 0, 0, 1]], 8192, 8192)
 print("ready", flush=True)
 try:
     {work}

@@ -5,7 +5,6 @@ import pytest
 
 from tests import meshes
 from tests.agreement import assert_true
-from tests.oracle import Oracle
 from tests.rays import around, at_features, bounds, joined
 from tests.variants import every_tree
 
@@ -24,7 +23,7 @@ def test_offset(variant, dtype, k):
     """The mesh moved by 10^k of its size; as float32 it is soon no more than a few distinct points."""
     sphere = meshes.icosphere(2, dtype=np.float64)
     mesh = meshes.Triangles((sphere.vertices + [10.0**k, -(10.0**k), 0.3 * 10**k]).astype(dtype), sphere.triangles)
-    assert_true(variant.tree(*mesh), Oracle(*mesh), *rays_at(mesh, dtype))
+    assert_true(variant.tree(*mesh), mesh, *rays_at(mesh, dtype))
 
 
 @every_tree
@@ -36,7 +35,7 @@ def test_origin_distance(variant, dtype, k):
     away = rng.normal(size=(50, 3))
     origins = (away / np.linalg.norm(away, axis=1, keepdims=True) * 10.0**k).astype(dtype)
     targets = mesh.vertices[rng.integers(0, len(mesh.vertices), 50)] * np.where(rng.random((50, 1)) < 0.5, 1, 0.9)
-    assert_true(variant.tree(*mesh), Oracle(*mesh), origins, targets.astype(dtype) - origins)
+    assert_true(variant.tree(*mesh), mesh, origins, targets.astype(dtype) - origins)
 
 
 @every_tree
@@ -48,7 +47,7 @@ def test_sliver(variant, dtype, k):
     points = np.stack([step % 2 + 0.01 * step, step * 10.0**-k, 0.1 * (step % 3)], axis=1)
     turn, _ = np.linalg.qr(np.random.default_rng(2).normal(size=(3, 3)))
     mesh = meshes.Triangles((points @ turn).astype(dtype), (step[:-2, None] + [0, 1, 2]).astype(np.int32))
-    assert_true(variant.tree(*mesh), Oracle(*mesh), *rays_at(mesh, dtype))
+    assert_true(variant.tree(*mesh), mesh, *rays_at(mesh, dtype))
 
 
 @every_tree
@@ -67,7 +66,7 @@ def test_grazing(variant, dtype, k):
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 4
     along = corners[:, 1] - corners[:, 0] + rng.normal(size=(60, 1)) * (corners[:, 2] - corners[:, 0])
     origins = (targets - 3 * along + 10.0**-k * normal).astype(dtype)
-    assert_true(variant.tree(*mesh), Oracle(*mesh), origins, (targets - origins).astype(dtype))
+    assert_true(variant.tree(*mesh), mesh, origins, (targets - origins).astype(dtype))
 
 
 @every_tree
@@ -79,7 +78,7 @@ def test_scale_ratio(variant, k):
     mesh = meshes.joined(meshes.box(), small)
     tree = variant.tree(*mesh)
     rays = joined(rays_at(small, np.float32), rays_at(mesh, np.float32))
-    hits = assert_true(tree, Oracle(*mesh), *rays)
+    hits = assert_true(tree, mesh, *rays)
     assert (hits.triangle >= 12).any()
 
 
@@ -105,9 +104,9 @@ def test_depth_complexity(variant, k, spacing):
 def test_overlap(variant, k):
     """Random triangles 2^k times as long as they are far apart, and discs of teeth on one axle."""
     mesh = meshes.soup(100, 2.0**k / 100 ** (1 / 3))
-    assert_true(variant.tree(*mesh), Oracle(*mesh), *rays_at(mesh, np.float32))
+    assert_true(variant.tree(*mesh), mesh, *rays_at(mesh, np.float32))
     mesh = meshes.gears(2**k, 3)
-    assert_true(variant.tree(*mesh), Oracle(*mesh), *rays_at(mesh, np.float32))
+    assert_true(variant.tree(*mesh), mesh, *rays_at(mesh, np.float32))
 
 
 @every_tree
@@ -126,7 +125,7 @@ def test_direction(variant, dtype, k):
     with np.errstate(under="ignore"):
         directions = directions.astype(dtype)
     origins = (targets - 4 * directions.astype(np.float64)).astype(dtype)
-    hits = assert_true(variant.tree(*mesh), Oracle(*mesh), origins, directions)
+    hits = assert_true(variant.tree(*mesh), mesh, origins, directions)
     assert hits.hit.any()
 
 
@@ -136,7 +135,7 @@ def test_magnitude(variant, k):
     """All coordinates times 2^k: products of three underflow or overflow float32."""
     sphere = meshes.icosphere(2)
     mesh = meshes.Triangles(np.ldexp(sphere.vertices, k), sphere.triangles)
-    hits = assert_true(variant.tree(*mesh), Oracle(*mesh), *rays_at(mesh, np.float32))
+    hits = assert_true(variant.tree(*mesh), mesh, *rays_at(mesh, np.float32))
     assert hits.hit.any()
 
 
@@ -150,7 +149,7 @@ def test_magnitude_of_float64(variant, k):
     away = rng.normal(size=(24, 3)) * 2
     targets = np.where(rng.random((24, 1)) < 0.5, sphere.vertices[rng.integers(0, 42, 24)], rng.uniform(*box, (24, 3)))
     origins = np.ldexp(away, k)
-    hits = assert_true(variant.tree(*mesh), Oracle(*mesh), origins, np.ldexp(targets, k) - origins)
+    hits = assert_true(variant.tree(*mesh), mesh, origins, np.ldexp(targets, k) - origins)
     assert hits.hit.any()
 
 
@@ -165,5 +164,5 @@ def test_length_of_the_direction(variant, dtype, k):
     directions[~directions.any(axis=1)] = [0, 1, 0]
     targets = mesh.vertices[rng.integers(0, len(mesh.vertices), 40)].astype(np.float64)
     origins = (targets - 3 * directions).astype(dtype)
-    hits = assert_true(variant.tree(*mesh), Oracle(*mesh), origins, np.ldexp(directions, k).astype(dtype))
+    hits = assert_true(variant.tree(*mesh), mesh, origins, np.ldexp(directions, k).astype(dtype))
     assert hits.hit.any()

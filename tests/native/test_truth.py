@@ -1,20 +1,22 @@
 """100,000 rays a mesh against embreex (robust): disagreements are decided by fractions, and ours is wrong in none."""
 
+import os
+
 import bihtree
 import numpy as np
 import pytest
 
 from tests import rays as make
 from tests.agreement import assert_true
-from tests.meshes import shared_mesh
+from tests.meshes import shared_mesh, shared_mesh_path
 from tests.native.truth_report import MESHES, compare
-from tests.oracle import Oracle
 from tests.variants import every_tree
 
 
 @pytest.mark.parametrize("name", MESHES)
 def test_closest_hits_against_embree(name, record_property):
-    pytest.importorskip("embreex", reason="embreex, the peer, is not installed: python -m pip install embreex")
+    if not os.environ.get("CI"):
+        pytest.importorskip("embreex", reason="embreex, the peer, is not installed: python -m pip install embreex")
     result = compare(name)
     for column, count in result.counts().items():
         record_property(column, count)
@@ -37,7 +39,7 @@ def test_float64_meshes_far_from_the_origin(variant, name):
         make.at_features(mesh, 60, rng, np.float64),
         make.parallel(mesh, 8, 8, dtype=np.float64),
     )
-    hits = assert_true(variant.tree(*mesh), Oracle(*mesh), *rays)
+    hits = assert_true(variant.tree(*mesh), mesh, *rays)
     assert hits.t.dtype == np.float64 and hits.hit.sum() > 40
 
 
@@ -47,20 +49,14 @@ def test_float32_meshes_with_float64_rays(variant, name):
     mesh = shared_mesh(name)
     rng = np.random.default_rng(1)
     rays = make.joined(make.around(mesh, 40, rng, np.float64), make.at_features(mesh, 40, rng, np.float64))
-    assert assert_true(variant.tree(*mesh), Oracle(*mesh), *rays).hit.sum() > 30
+    assert assert_true(variant.tree(*mesh), mesh, *rays).hit.sum() > 30
 
 
 def test_a_tree_of_every_shared_mesh_is_sound():
     """Built and validated, within its bound; nothing is asked of the rays."""
-    for path in sorted(make_paths()):
-        mesh = shared_mesh(path)
-        tree = bihtree.Tree(*mesh)
+    first = shared_mesh_path("stanford-bunny")
+    names = sorted(path.stem for path in first.parent.glob("*.npz") if not path.stem.endswith(".instanced"))
+    for name in names:
+        tree = bihtree.Tree(*shared_mesh(name))
         tree.validate()
-        assert tree.stats.tree_bytes <= tree.stats.bound_bytes, path
-
-
-def make_paths():
-    from tests.meshes import SHARED
-
-    shared_mesh("stanford-bunny")
-    return [path.stem for path in SHARED.glob("*.npz") if not path.stem.endswith(".instanced")]
+        assert tree.stats.tree_bytes <= tree.stats.bound_bytes, name

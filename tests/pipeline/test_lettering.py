@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from addon.pipeline.lettering import glyphs, line_height, text_coverage
+from addon.pipeline.lettering import LINE_HEIGHT, glyphs, text_coverage
 from tools.make_lettering import CHARACTERS, rendered
 
 
@@ -12,6 +12,7 @@ def test_the_shipped_glyphs_are_those_that_openimageio_renders() -> None:
     shipped, made = glyphs(), rendered()
     assert shipped.characters == CHARACTERS == str(made["characters"])
     np.testing.assert_array_equal(shipped.starts, made["starts"])
+    assert shipped.coverage.shape[0] == LINE_HEIGHT
     assert shipped.margin == made["margin"]
     # FreeType's rasteriser may round otherwise in another version.
     assert np.abs(shipped.coverage.astype(int) - made["coverage"]).max() <= 2
@@ -27,7 +28,7 @@ def test_every_character_but_the_spaces_has_ink_within_its_rows() -> None:
 def test_a_line_is_the_characters_side_by_side() -> None:
     line = text_coverage("HO")
     first, second = text_coverage("H"), text_coverage("O")
-    assert line.shape == (line_height(), first.shape[1] + second.shape[1])
+    assert line.shape == (LINE_HEIGHT, first.shape[1] + second.shape[1])
     np.testing.assert_array_equal(line, np.hstack([first, second]))
     assert line.min() == 0.0
     assert line.max() == 1.0
@@ -41,4 +42,4 @@ def test_the_first_row_is_the_top() -> None:
 
 def test_an_unknown_character_is_a_question_mark_and_no_text_is_empty() -> None:
     np.testing.assert_array_equal(text_coverage("a兎b"), text_coverage("a?b"))
-    assert text_coverage("").shape == (line_height(), 0)
+    assert text_coverage("").shape == (LINE_HEIGHT, 0)

@@ -1,6 +1,7 @@
 //! Cameras.
 
 use bih_core::render::{Camera as CoreCamera, sample_offset};
+use bih_core::simd::FloatEnvironment;
 use numpy::{PyArray, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 
@@ -19,6 +20,7 @@ type VectorArray<'py> = Bound<'py, PyArray2<f64>>;
 impl Camera {
     #[new]
     fn new(clip_to_world: &Bound<'_, PyAny>, width: i64, height: i64) -> PyResult<Self> {
+        let _standard = FloatEnvironment::standard();
         let clip_to_world = matrix("clip_to_world", clip_to_world)?;
         let [width, height] = [pixels("width", width)?, pixels("height", height)?];
         let inner = CoreCamera::new(clip_to_world, width, height)
@@ -29,6 +31,7 @@ impl Camera {
     /// The rays of one sample through every pixel, row by row from the lower left.
     #[pyo3(signature = (*, sample = 0))]
     fn rays<'py>(&self, py: Python<'py>, sample: u32) -> PyResult<(VectorArray<'py>, VectorArray<'py>)> {
+        let _standard = FloatEnvironment::standard();
         let offset = sample_offset(sample, 0);
         let (width, height) = (self.inner.width(), self.inner.height());
         let (origins, directions): (Vec<_>, Vec<_>) = (0..height)

@@ -1,18 +1,22 @@
 //! The arrays of a mesh, owned or borrowed, held as long as the tree lives.
 
-use bih_core::{Triangles, Vertices};
-use numpy::{PyArray2, PyArrayDescrMethods, PyArrayMethods, PyUntypedArrayMethods};
+use std::fmt::Display;
+
+use bih_core::{Error, Triangles, Vertices};
+use numpy::{PyArray2, PyArrayDescrMethods, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
 use crate::arrays::{as_array, converted, kind, wrong};
 use crate::errors::{GeometryError, to_exception};
 
-/// Vertices in the precision they came in, and rows of three of them; read-only.
+/// Vertices in the precision they came in, and rows of three of them.
 pub struct Mesh {
     vertices: VertexArray,
     triangles: Option<Py<PyArray2<u32>>>,
     /// Bytes that belong to the tree; what the caller keeps does not count.
     pub owned_bytes: usize,
+    /// The arrays that must not change any more, the caller's own among them.
+    borrowed: Vec<Py<PyAny>>,
 }
 
 enum VertexArray {
@@ -24,28 +28,36 @@ impl Mesh {
     /// Check both arrays and take a copy, or with `copy` false the arrays themselves where their dtype and layout allow.
     pub fn new(vertices: &Bound<'_, PyAny>, triangles: Option<&Bound<'_, PyAny>>, copy: bool) -> PyResult<Self> {
         let given = as_array("vertices", vertices)?;
-        if !matches!(given.shape(), [_, 3]) || !matches!(kind(&given), 'f' | 'i' | 'u') {
-            return wrong("vertices", "(V, 3) real numbers", &given);
-        }
+        let rows = triangles.map(|rows| as_array("triangles", rows)).transpose()?;
+        check_shapes(&given, rows.as_ref())?;
         // Single precision holds float16 and float32; integers may need more.
         let is_single = kind(&given) == 'f' && given.dtype().itemsize() <= 4;
-        let mut owned_bytes = 0;
-        let kept = keep(&given, if is_single { "float32" } else { "float64" }, copy, &mut owned_bytes)?;
-        let vertices = if is_single {
-            VertexArray::F32(kept.cast_into()?.unbind())
-        } else {
-            VertexArray::F64(kept.cast_into()?.unbind())
+        let kept = converted(&given, if is_single { "float32" } else { "float64" })?;
+        let vertices = keep(&given, kept, copy)?;
+        let triangles = rows.map(|rows| keep(&rows, vertex_rows(&rows)?, copy)).transpose()?;
+
+        let parts = [Some(&vertices), triangles.as_ref()];
+        let owned_bytes = parts.iter().flatten().map(|part| part.owned_bytes).sum();
+        let borrowed =
+            parts.iter().flatten().flat_map(|part| &part.borrowed).map(|array| array.clone().unbind()).collect();
+        let py = given.py();
+        let mesh = Self {
+            vertices: if is_single {
+                VertexArray::F32(vertices.array.cast_into()?.unbind())
+            } else {
+                VertexArray::F64(vertices.array.cast_into()?.unbind())
+            },
+            triangles: triangles.map(|part| part.array.cast_into()).transpose()?.map(Bound::unbind),
+            owned_bytes,
+            borrowed,
         };
-        let triangles = match triangles {
-            None => None,
-            Some(rows) => {
-                let rows = vertex_rows(rows)?;
-                Some(keep(&rows, "uint32", copy, &mut owned_bytes)?.cast_into()?.unbind())
-            }
-        };
-        let mesh = Self { vertices, triangles, owned_bytes };
-        mesh.with(given.py(), |vertices, rows| Triangles::new(vertices, rows).map(drop))?.map_err(to_exception)?;
+        mesh.with(py, |vertices, rows| Triangles::new(vertices, rows).map(drop))?.map_err(to_exception)?;
         Ok(mesh)
+    }
+
+    /// Make the borrowed arrays read-only.
+    pub fn freeze(&self, py: Python<'_>) -> PyResult<()> {
+        self.borrowed.iter().try_for_each(|array| array.call_method1(py, "setflags", (false,)).map(drop))
     }
 
     /// Call `read` with borrowed slices of the arrays.
@@ -70,53 +82,76 @@ impl Mesh {
     }
 }
 
-/// The array in the layout the core reads, made read-only: a copy, or the caller's own.
-fn keep<'py>(
-    given: &Bound<'py, PyAny>,
-    dtype: &str,
-    copy: bool,
-    owned_bytes: &mut usize,
-) -> PyResult<Bound<'py, PyAny>> {
-    let mut kept = converted(given, dtype)?;
-    let shares_memory = || given.py().import("numpy")?.call_method1("may_share_memory", (given, &kept))?.extract();
-    let is_borrowed: bool = shares_memory()?;
-    if is_borrowed && copy {
-        kept = kept.call_method0("copy")?;
+/// What can be seen before anything is read: an array may announce more rows than memory holds.
+fn check_shapes(vertices: &Bound<'_, PyUntypedArray>, rows: Option<&Bound<'_, PyUntypedArray>>) -> PyResult<()> {
+    if !matches!(vertices.shape(), [_, 3]) || !matches!(kind(vertices), 'f' | 'i' | 'u') {
+        return wrong("vertices", "(V, 3) real numbers", vertices);
     }
-    if !is_borrowed || copy {
-        *owned_bytes += kept.getattr("nbytes")?.extract::<usize>()?;
-    } else {
-        given.call_method1("setflags", (false,))?;
+    if let Some(rows) = rows
+        && (!matches!(rows.shape(), [_, 3]) || !matches!(kind(rows), 'i' | 'u'))
+    {
+        return wrong("triangles", "(T, 3) integers", rows);
     }
-    kept.call_method1("setflags", (false,))?;
-    Ok(kept)
-}
-
-/// (T, 3) integers from 0 as unsigned ones; a view of the same memory where they have 32 bits.
-fn vertex_rows<'py>(value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
-    let array = as_array("triangles", value)?;
-    if !matches!(array.shape(), [_, 3]) || !matches!(kind(&array), 'i' | 'u') {
-        return wrong("triangles", "(T, 3) integers", &array);
+    let triangles = rows.map_or(vertices.shape()[0] / 3, |rows| rows.shape()[0]);
+    if triangles > Triangles::LIMIT {
+        return Err(to_exception(Error::TooManyTriangles { triangles, limit: Triangles::LIMIT }));
     }
-    if let Ok(narrow) = array.cast::<PyArray2<i32>>() {
-        for (row, corner) in narrow.try_readonly()?.as_array().rows().into_iter().enumerate() {
-            check_row(row, corner.iter().map(|&vertex| i64::from(vertex)))?;
+    const MOST_VERTICES: usize = 1 << 32;
+    match vertices.shape()[0] {
+        count if count > MOST_VERTICES => {
+            Err(GeometryError::new_err(format!("vertices: {count} rows; a mesh has at most {MOST_VERTICES}")))
         }
-        return array.call_method1("view", ("uint32",));
+        _ => Ok(()),
     }
-    if array.cast::<PyArray2<u32>>().is_ok() {
-        return Ok(array.into_any());
-    }
-    let wide = converted(&array, "int64")?.cast_into::<PyArray2<i64>>()?;
-    for (row, corner) in wide.try_readonly()?.as_array().rows().into_iter().enumerate() {
-        check_row(row, corner.iter().copied())?;
-    }
-    converted(&wide, "uint32")
 }
 
-fn check_row(row: usize, mut vertices: impl Iterator<Item = i64>) -> PyResult<()> {
-    match vertices.find(|vertex| u32::try_from(*vertex).is_err()) {
+/// An array in the layout the core reads.
+struct Kept<'py> {
+    array: Bound<'py, PyAny>,
+    owned_bytes: usize,
+    borrowed: Vec<Bound<'py, PyAny>>,
+}
+
+/// `converted`, copied if it may still be the caller's memory and `copy` is set.
+fn keep<'py>(given: &Bound<'py, PyAny>, converted: Bound<'py, PyAny>, copy: bool) -> PyResult<Kept<'py>> {
+    let numpy = given.py().import("numpy")?;
+    let is_shared: bool = numpy.call_method1("may_share_memory", (given, &converted))?.extract()?;
+    if is_shared && !copy {
+        return Ok(Kept { borrowed: vec![given.clone(), converted.clone()], array: converted, owned_bytes: 0 });
+    }
+    let array = if is_shared { converted.call_method0("copy")? } else { converted };
+    Ok(Kept { owned_bytes: array.getattr("nbytes")?.extract()?, array, borrowed: Vec::new() })
+}
+
+/// (T, 3) integers as unsigned ones of 32 bits, a view of the same memory where they have 32 bits already.
+fn vertex_rows<'py>(array: &Bound<'py, PyUntypedArray>) -> PyResult<Bound<'py, PyAny>> {
+    match (kind(array), array.dtype().itemsize()) {
+        ('u', ..=4) => converted(array, "uint32"),
+        ('u', _) => {
+            let rows = converted(array, "uint64")?.cast_into::<PyArray2<u64>>()?;
+            check_rows(rows.try_readonly()?.as_slice()?)?;
+            converted(&rows, "uint32")
+        }
+        (_, ..=4) => {
+            let rows = converted(array, "int32")?.cast_into::<PyArray2<i32>>()?;
+            check_rows(rows.try_readonly()?.as_slice()?)?;
+            rows.call_method1("view", ("uint32",))
+        }
+        _ => {
+            let rows = converted(array, "int64")?.cast_into::<PyArray2<i64>>()?;
+            check_rows(rows.try_readonly()?.as_slice()?)?;
+            converted(&rows, "uint32")
+        }
+    }
+}
+
+/// Every number must be one of 32 bits without a sign.
+fn check_rows<T: Copy + Display + TryInto<u32>>(vertices: &[T]) -> PyResult<()> {
+    match vertices.iter().position(|&vertex| vertex.try_into().is_err()) {
         None => Ok(()),
-        Some(vertex) => Err(GeometryError::new_err(format!("triangles: row {row} refers to vertex {vertex}"))),
+        Some(place) => {
+            let (row, vertex) = (place / 3, vertices[place]);
+            Err(GeometryError::new_err(format!("triangles: row {row} refers to vertex {vertex}")))
+        }
     }
 }

@@ -1,6 +1,7 @@
 //! Pictures.
 
 use bih_core::render::{Light, Lighting, Passes, Pixel, RenderOptions, Tile, render as core_render};
+use bih_core::simd::FloatEnvironment;
 use numpy::{Element, PyArray, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -31,6 +32,7 @@ pub fn render<'py>(
     tile: Option<[i64; 4]>,
     progress: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
+    let _standard = FloatEnvironment::standard();
     if let Some(unknown) = passes.iter().find(|pass| !PASSES.contains(&pass.as_str())) {
         return Err(PyValueError::new_err(format!("passes: {unknown:?} is not one of {}", PASSES.join(", "))));
     }

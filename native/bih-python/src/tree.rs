@@ -2,6 +2,7 @@
 
 use bih_core::build::Layout;
 use bih_core::geometry::Triangles;
+use bih_core::simd::FloatEnvironment;
 use bih_core::traverse::{Limits, RayBatch};
 use bih_core::{BuildOptions, Control, Error, Tree as CoreTree, tree};
 use numpy::{PyArray, PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
@@ -72,6 +73,7 @@ impl Tree {
             return Err(PyValueError::new_err(format!("progress: {} is not callable", progress.repr()?)));
         }
 
+        let _standard = FloatEnvironment::standard();
         let mesh = Mesh::new(vertices, triangles, copy)?;
         let pool = (threads > 0)
             .then(|| ThreadPoolBuilder::new().num_threads(threads).build())
@@ -81,6 +83,7 @@ impl Tree {
         let core = mesh.with_triangles(py, |triangles| {
             supervise(py, pool.as_ref(), progress, |control| bih_core::build(&triangles, &options, control))
         })??;
+        mesh.freeze(py)?;
         Ok(Self { core, mesh, pool })
     }
 
@@ -95,6 +98,7 @@ impl Tree {
         t_min: Limit<'_>,
         t_max: Limit<'_>,
     ) -> PyResult<Hits> {
+        let _standard = FloatEnvironment::standard();
         let (is_double, hits, invalid) =
             self.query(py, origins, directions, &t_min, &t_max, |core, triangles, rays, control| {
                 let hits = rays.closest(core, triangles, control)?;
@@ -203,6 +207,7 @@ impl Tree {
         t_max: &Limit<'py>,
         work: impl FnOnce(&CoreTree, &Triangles, &RayBatch, &Control) -> Result<T, Error> + Send,
     ) -> PyResult<T> {
+        let _standard = FloatEnvironment::standard();
         let origins = vectors("origins", origins)?;
         let directions = vectors("directions", directions)?;
         let rays = origins.shape()[0];
