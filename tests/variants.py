@@ -31,6 +31,8 @@ VARIANTS = (
     Variant("leaf-1", {"leaf_size": 1, "threads": 2}),
     Variant("leaf-8", {"leaf_size": 8, "threads": 5}),
     Variant("leaf-64", {"leaf_size": 64, "threads": 1}),
+    Variant("wide", {"layout": "wide"}),
+    Variant("wide-leaf-3", {"layout": "wide", "leaf_size": 3, "threads": 3}),
 )
 
 every_tree = pytest.mark.parametrize("variant", VARIANTS, ids=str)

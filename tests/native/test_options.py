@@ -21,7 +21,6 @@ BOX = meshes.box()
         ("structure", "BIH"),
         ("structure", ""),
         ("layout", "tall"),
-        ("layout", "wide"),
         ("layout", "compact"),
         ("build", "later"),
         ("build", "on_demand"),

@@ -29,6 +29,12 @@ mod _bihtree {
     #[pymodule_export]
     use crate::tree::Tree;
 
+    /// The instruction sets that this process runs in, best first.
+    #[pyfunction]
+    fn cpu_features() -> Vec<&'static str> {
+        bih_core::simd::instruction_sets().iter().map(|set| set.name()).collect()
+    }
+
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
         module.add("__version__", env!("CARGO_PKG_VERSION"))

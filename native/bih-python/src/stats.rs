@@ -50,10 +50,10 @@ const FIELDS: [&str; 18] = [
 ];
 
 impl Stats {
-    pub fn new(stats: &bih_core::tree::Stats, mesh_bytes: usize) -> Self {
+    pub fn new(stats: &bih_core::tree::Stats, layout: &'static str, mesh_bytes: usize) -> Self {
         Self {
             structure: "bih",
-            layout: "classic",
+            layout,
             build: "eager",
             heuristic: "global",
             precision: "watertight",

@@ -147,7 +147,8 @@ impl Tree {
     /// What the tree is and what it cost.
     #[getter]
     fn stats(&self) -> Stats {
-        Stats::new(self.core.stats(), self.mesh.owned_bytes)
+        let layout = if self.core.wide().is_some() { "wide" } else { "classic" };
+        Stats::new(self.core.stats(), layout, self.mesh.owned_bytes)
     }
 
     /// (2, 3) lower and upper corner; inf and -inf where no triangle can be hit.

@@ -1,6 +1,6 @@
 """bihtree: ray queries on triangle meshes by a Bounding Interval Hierarchy."""
 
-from ._bihtree import Camera, Hits, Stats, Tree, __version__, render
+from ._bihtree import Camera, Hits, Stats, Tree, __version__, cpu_features, render
 from .errors import BihError, Cancelled, FileFormatError, GeometryError
 
 __all__ = [
@@ -13,5 +13,6 @@ __all__ = [
     "Stats",
     "Tree",
     "__version__",
+    "cpu_features",
     "render",
 ]

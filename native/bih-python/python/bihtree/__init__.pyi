@@ -34,10 +34,15 @@ __all__ = [
     "Stats",
     "Tree",
     "__version__",
+    "cpu_features",
     "render",
 ]
 
 __version__: str
+
+def cpu_features() -> list[str]:
+    """The instruction sets this process dispatches to, best first, for example ["avx2", "scalar"]. The environment
+    variable BIHTREE_ISA leaves only the one it names, and "scalar". Which of them runs changes no result."""
 
 @final
 class Hits:
@@ -94,7 +99,7 @@ class Stats:
 
     @property
     def nodes(self) -> int:
-        """Inner nodes and leaves that exist now."""
+        """Inner nodes (wide: records) and leaves that exist now."""
 
     @property
     def leaves(self) -> int: ...
@@ -104,11 +109,11 @@ class Stats:
 
     @property
     def depth(self) -> int:
-        """Depth of the deepest node; the root has 0."""
+        """Depth of the deepest node, in records where they are wide; the root has 0."""
 
     @property
     def tree_bytes(self) -> int:
-        """The acceleration data: 12 bytes a node, 4 bytes a row of the mesh."""
+        """The acceleration data: 12 bytes a node (224 a wide record, and 36 a triangle), 4 bytes a row of the mesh."""
 
     @property
     def bound_bytes(self) -> int:
@@ -148,7 +153,7 @@ class Tree:
         triangles: ArrayLike | None = None,
         *,
         structure: Literal["bih"] = "bih",
-        layout: Literal["classic"] = "classic",
+        layout: Literal["wide", "classic"] = "classic",
         build: Literal["eager"] = "eager",
         heuristic: Literal["global"] = "global",
         presort: Literal[False] | None = None,
@@ -163,10 +168,12 @@ class Tree:
         vertices: (V, 3) float32 or float64 (other real numbers become float64, float16 float32); a triangle with a
             vertex that is not finite is rejected and counted in stats.rejected.
         triangles: (T, 3) integer rows of vertices; None: each three vertices are one triangle.
-        structure, layout, build, heuristic, precision: what this version has; "classic" are 12-byte nodes, "global"
-            halves the longest side of the cell, "watertight" decides every hit exactly.
+        layout: "classic" are the paper's 12-byte nodes, smallest; "wide" are records of eight boxes for vector units,
+            which trace about five times as fast in about four times the memory (docs/decisions/wide-records.md).
+        structure, build, heuristic, precision: what this version has; "global" halves the longest side of the cell,
+            "watertight" decides every hit exactly.
         presort: the bucket sort; this version has none.
-        leaf_size: most triangles of a leaf; None: 4, see docs/decisions/leaf-size.md.
+        leaf_size: most triangles of a leaf; None: 4, or 8 of wide records, which hold no more.
         threads: of the queries; 0: all cores this process may use.
         copy: False: borrow the arrays, which become read-only; one that has to be converted is copied all the same.
         progress: called on this thread with the share done, from 0 to 1; returning False cancels.
