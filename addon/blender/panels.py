@@ -28,7 +28,7 @@ class RENDER_PT_bih(bpy.types.Panel):
         for sentence in filter(None, missing.split(". ")):
             layout.label(text=sentence, icon="ERROR")
         chosen = context.scene.bih
-        for name in ("structure", "precision", "leaf_size", "samples", "shadows", "overlay_depth"):
+        for name in ("structure", "layout", "precision", "leaf_size", "samples", "shadows", "overlay_depth"):
             layout.prop(chosen, name)
         layout.column().prop(chosen, "passes")
         row = layout.row()

@@ -6,10 +6,14 @@ Blender reads the annotations as values, so they are not postponed here.
 import bpy
 from bpy.props import BoolProperty, EnumProperty, IntProperty
 
-from ..pipeline.settings import PASSES, PRECISIONS, STRUCTURES, Settings
+from ..pipeline.settings import LAYOUTS, PASSES, PRECISIONS, STRUCTURES, Settings
 
 STRUCTURE_TEXT = {
     "bih": ("BIH", "Bounding Interval Hierarchy: two clip planes a node. Quick to build and small"),
+}
+LAYOUT_TEXT = {
+    "wide": ("Wide", "Records of eight boxes for the processor's vector unit: about five times as fast to trace"),
+    "classic": ("Classic", "The 12-byte nodes of the paper: about a quarter of the memory"),
 }
 PRECISION_TEXT = {
     "watertight": ("Watertight", "No ray slips through a shared edge or vertex; every hit and miss is decided exactly"),
@@ -31,6 +35,11 @@ class BihSettings(bpy.types.PropertyGroup):
         "the picture stays the same",
         items=[(name, *STRUCTURE_TEXT[name]) for name in STRUCTURES],
     )
+    layout: EnumProperty(
+        name="Layout",
+        description="How the tree is stored: for little trace time or for little memory. The picture stays the same",
+        items=[(name, *LAYOUT_TEXT[name]) for name in LAYOUTS],
+    )
     precision: EnumProperty(
         name="Precision",
         description="How hits are decided. More precision costs trace time, not memory, and leaves fewer wrong pixels",
@@ -39,7 +48,7 @@ class BihSettings(bpy.types.PropertyGroup):
     leaf_size: IntProperty(
         name="Leaf Size",
         description="Most triangles in a leaf; 0 lets the structure choose. Larger leaves build faster and need less "
-        "memory, smaller ones test fewer triangles for a ray. The picture stays the same",
+        "memory, smaller ones test fewer triangles for a ray; wide ones hold 8 at most. The picture stays the same",
         min=0,
         soft_max=64,
     )
@@ -78,6 +87,7 @@ def settings_of(scene: bpy.types.Scene) -> Settings:
     chosen = scene.bih
     return Settings(
         structure=chosen.structure,
+        layout=chosen.layout,
         precision=chosen.precision,
         leaf_size=chosen.leaf_size or None,
         threads=scene.render.threads if scene.render.threads_mode == "FIXED" else 0,

@@ -180,15 +180,17 @@ def _projected_lines(
     return Lines(_to_picture(ends, view), kind[seen].astype(np.uint8), depth[seen].astype(np.int32))
 
 
-_VIEW_SIDES = np.array(
-    [[0, 0, 1, 1], [1, 0, 0, 1.1], [-1, 0, 0, 1.1], [0, 1, 0, 1.1], [0, -1, 0, 1.1]], np.float64
-)
+_VIEW_SIDES = np.array([[0, 0, 1, 1], [1, 0, 0, 1.1], [-1, 0, 0, 1.1], [0, 1, 0, 1.1], [0, -1, 0, 1.1]], np.float64)
 """Near, left, right, bottom, top: side · clip >= 0 is inside. A tenth more than the picture, for the width of lines."""
 
 
 def _projected_faces(
-    lower: NDArray[np.float64], upper: NDArray[np.float64], axis: NDArray[np.integer[Any]],
-    depth: NDArray[np.integer[Any]], kind: Kind, view: CameraView,
+    lower: NDArray[np.float64],
+    upper: NDArray[np.float64],
+    axis: NDArray[np.integer[Any]],
+    depth: NDArray[np.integer[Any]],
+    kind: Kind,
+    view: CameraView,
 ) -> Iterator[Face]:
     """World-space rectangles across `axis` as faces; those behind the near plane or seen edge-on are dropped."""
     clip = _to_clip(_rectangles(lower, upper, axis), view)

@@ -26,9 +26,7 @@ MOST_HEIGHT, MOST_WIDTH = 0.6, 0.36
 Image = NDArray[np.float32]
 
 
-def legend(
-    nodes: NDArray[np.void], max_depth: int, caption: Mapping[str, str], width: int, height: int
-) -> Image:
+def legend(nodes: NDArray[np.void], max_depth: int, caption: Mapping[str, str], width: int, height: int) -> Image:
     """The panel for a picture of width x height pixels: sRGB (rows, columns, 3) in [0, 1], first row at the top.
 
     `nodes` are the ones that are drawn, the root first.

@@ -21,8 +21,13 @@ NODES = 8192
 
 
 def draw_overlay(
-    picture: NDArray[np.float32], depth: NDArray[np.float32], nodes: NDArray[np.void], view: CameraView,
-    max_depth: int, *, caption: Mapping[str, str],
+    picture: NDArray[np.float32],
+    depth: NDArray[np.float32],
+    nodes: NDArray[np.void],
+    view: CameraView,
+    max_depth: int,
+    *,
+    caption: Mapping[str, str],
 ) -> NDArray[np.uint8]:
     """`tree_over_picture` with a legend, as sRGB (H, W, 3) uint8.
 
@@ -37,7 +42,10 @@ def draw_overlay(
 
 
 def tree_over_picture(
-    picture: NDArray[np.float32], depth: NDArray[np.float32], nodes: NDArray[np.void], view: CameraView,
+    picture: NDArray[np.float32],
+    depth: NDArray[np.float32],
+    nodes: NDArray[np.void],
+    view: CameraView,
     max_depth: int,
 ) -> NDArray[np.float32]:
     """The boxes of nodes() down to max_depth and their clip planes over a picture: sRGB (H, W, 3) in [0, 1].

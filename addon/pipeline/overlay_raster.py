@@ -45,7 +45,9 @@ def pushed_away(nearness: NDArray[np.float64]) -> NDArray[np.float32]:
 
 
 def face_thickness(
-    faces: Sequence[Face], opacity: dict[Kind, NDArray[np.float64]], scene: NDArray[np.float32],
+    faces: Sequence[Face],
+    opacity: dict[Kind, NDArray[np.float64]],
+    scene: NDArray[np.float32],
     hatch: tuple[float, float],
 ) -> dict[Kind, NDArray[np.float32]]:
     """Optical thickness (H, W) of the faces of each kind in front of the scene: exp(-thickness) of what is behind
@@ -57,9 +59,7 @@ def face_thickness(
     height, width = scene.shape
     thickness = {kind: np.zeros((height, width), np.float32) for kind in opacity}
     share = np.arange(MULTIPLE**2 + 1) / MULTIPLE**2
-    tables = {
-        kind: -np.log1p(-opacities[:, None] * share).astype(np.float32) for kind, opacities in opacity.items()
-    }
+    tables = {kind: -np.log1p(-opacities[:, None] * share).astype(np.float32) for kind, opacities in opacity.items()}
     low = np.array([np.floor(face.corners.min(axis=0)) for face in faces]).reshape(-1, 2)
     high = np.array([np.ceil(face.corners.max(axis=0)) for face in faces]).reshape(-1, 2)
     period, stripe = (max(1, round(size * MULTIPLE)) for size in hatch)
@@ -100,9 +100,7 @@ def _finer(pixels: slice, start: int = 0) -> slice:
     return slice((pixels.start - start) * MULTIPLE, (pixels.stop - start) * MULTIPLE)
 
 
-def _seen(
-    face: Face, window: tuple[slice, slice], band: NDArray[np.float32], bottom: int
-) -> NDArray[np.bool_]:
+def _seen(face: Face, window: tuple[slice, slice], band: NDArray[np.float32], bottom: int) -> NDArray[np.bool_]:
     """Which sub-pixels of the window the face covers in front of the scene, by their middles."""
     y, x = ((np.arange(part.start * MULTIPLE, part.stop * MULTIPLE) + 0.5) / MULTIPLE for part in window)
     across, up, constant = face.plane

@@ -27,7 +27,7 @@ from .settings import Settings
 Progress = Callable[[str, float], bool | None]
 """Gets a stage ("build", "trace", "overlay" or "write") and how much of it is done, 0 to 1; False cancels."""
 
-TREE_OPTIONS = ("structure", "precision", "leaf_size", "threads")
+TREE_OPTIONS = ("structure", "layout", "precision", "leaf_size", "threads")
 """The settings that bihtree.Tree takes, by the same names."""
 
 
@@ -130,10 +130,9 @@ def trace(
         "rays_per_second": rays / trace_seconds,
         "left_out": {**stats.left_out, **needs.left_out(scene, settings, traced)},
         "skipped": list(scene.skipped),
+        "cpu_features": bihtree.cpu_features(),
         "versions": {"bihtree": bihtree.__version__, "numpy": np.__version__, "python": platform.python_version()},
     }
-    if hasattr(bihtree, "cpu_features"):
-        report["cpu_features"] = bihtree.cpu_features()
     return Preview(passes, tree, report)
 
 

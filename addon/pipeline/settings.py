@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from .errors import UserError
 
 STRUCTURES = ("bih",)
+LAYOUTS = ("wide", "classic")
 PRECISIONS = ("watertight",)
 PASSES = ("combined", "depth", "normal", "position", "triangle", "cost")
 
@@ -16,6 +17,7 @@ class Settings:
     """The measured reason of each default is in docs/decisions."""
 
     structure: str = "bih"
+    layout: str = "wide"
     precision: str = "watertight"
     leaf_size: int | None = None
     threads: int = 0
@@ -27,6 +29,7 @@ class Settings:
 
     def __post_init__(self) -> None:
         _one_of("structure", self.structure, STRUCTURES)
+        _one_of("layout", self.layout, LAYOUTS)
         _one_of("precision", self.precision, PRECISIONS)
         for name in self.passes:
             _one_of("pass", name, PASSES)

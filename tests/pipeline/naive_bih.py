@@ -8,8 +8,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 NODE_DTYPE = np.dtype(
-    [("parent", "i4"), ("depth", "i4"), ("kind", "u1"), ("axis", "i1"), ("clip", "f4", 2), ("lower", "f4", 3),
-     ("upper", "f4", 3), ("first", "i8"), ("count", "i8")]
+    [
+        ("parent", "i4"),
+        ("depth", "i4"),
+        ("kind", "u1"),
+        ("axis", "i1"),
+        ("clip", "f4", 2),
+        ("lower", "f4", 3),
+        ("upper", "f4", 3),
+        ("first", "i8"),
+        ("count", "i8"),
+    ]
 )
 INNER, LEAF = 0, 1
 

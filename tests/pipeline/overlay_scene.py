@@ -85,8 +85,10 @@ def grown(mask: NDArray[np.bool_], pixels: int) -> NDArray[np.bool_]:
 
 
 def one_node(
-    clip: tuple[float, float] | None, axis: int = 0,
-    lower: tuple[float, ...] = (-2, -1, 0), upper: tuple[float, ...] = (2, 1, 1.5),
+    clip: tuple[float, float] | None,
+    axis: int = 0,
+    lower: tuple[float, ...] = (-2, -1, 0),
+    upper: tuple[float, ...] = (2, 1, 1.5),
 ) -> NDArray[np.void]:
     """A table of a root alone: inner with these clip planes, or a leaf."""
     kind, planes = (INNER, clip) if clip else (1, (np.nan, np.nan))

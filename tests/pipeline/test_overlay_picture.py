@@ -130,7 +130,9 @@ def test_the_planes_are_of_two_colours_and_their_overlap_is_seen(camera):
     left, right = masks[Kind.LEFT], masks[Kind.RIGHT]
     lines = grown(edges_of(view, nodes), 2)
     for mask, kinds in (
-        (left & ~right, [Kind.LEFT]), (right & ~left, [Kind.RIGHT]), (left & right, [Kind.LEFT, Kind.RIGHT])
+        (left & ~right, [Kind.LEFT]),
+        (right & ~left, [Kind.RIGHT]),
+        (left & right, [Kind.LEFT, Kind.RIGHT]),
     ):
         pixels = image[mask & ~lines]
         assert len(pixels) > 50
@@ -218,7 +220,7 @@ def test_a_line_behind_the_surface_is_faint(camera):
     x, y = view.project(corner)[0, :2]
     picture, depth = nothing(view)
     found = []
-    for at in (depth_along_axis(corner)[0] * np.array([1.1, 0.9])):
+    for at in depth_along_axis(corner)[0] * np.array([1.1, 0.9]):
         depth[:] = at
         image = tree_over_picture(picture, depth, nodes, view, 0)
         found.append(np.abs(nearby(image, (x, y)) - PAPER).max())
