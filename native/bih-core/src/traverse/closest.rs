@@ -52,8 +52,7 @@ impl<'a> Nearest<'a> {
     }
 
     #[inline(always)]
-    pub(super) fn offer(&mut self, triangles: &Triangles, row: u32) {
-        let corners = triangles.corners(row);
+    pub(super) fn offer(&mut self, row: u32, corners: Corners) {
         if let Some(distance) = distance_within(self.ray, &self.test, &corners) {
             let order = match &self.best {
                 Some(best) => {
@@ -98,15 +97,15 @@ pub fn closest<L: Lanes, C: Counter>(
 ) -> Option<Hit> {
     let mut nearest = Nearest::new(ray, tree);
     if let Some(wide) = &tree.wide {
-        wide::walk::<L, C>(wide, &tree.bounds, ray, &mut stack.wide, counter, |place| {
-            nearest.offer(triangles, tree.order[place]);
+        wide::walk::<L, C>(wide, tree, triangles, ray, &mut stack.wide, counter, |row, corners| {
+            nearest.offer(row, corners);
             ControlFlow::Continue(nearest.limit())
         });
         return nearest.hit();
     }
     walk(tree, ray, stack, counter, |rows| {
         for &row in rows {
-            nearest.offer(triangles, row);
+            nearest.offer(row, triangles.corners(row));
         }
         ControlFlow::Continue(nearest.limit())
     });

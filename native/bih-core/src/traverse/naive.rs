@@ -9,7 +9,7 @@ use crate::tree::Tree;
 pub fn naive_closest(tree: &Tree, triangles: &Triangles, ray: &Ray) -> Option<Hit> {
     let mut nearest = Nearest::new(ray, tree);
     for &row in tree.references() {
-        nearest.offer(triangles, row);
+        nearest.offer(row, triangles.corners(row));
     }
     nearest.hit()
 }

@@ -21,8 +21,8 @@ pub fn occluded<L: Lanes, C: Counter>(
     let test = RayTest::new(ray, tree.bounds());
     let mut found = false;
     if let Some(wide) = &tree.wide {
-        wide::walk::<L, C>(wide, tree.bounds(), ray, &mut stack.wide, counter, |place| {
-            found = distance_within(ray, &test, &triangles.corners(tree.order[place])).is_some();
+        wide::walk::<L, C>(wide, tree, triangles, ray, &mut stack.wide, counter, |_, corners| {
+            found = distance_within(ray, &test, &corners).is_some();
             if found { ControlFlow::Break(()) } else { ControlFlow::Continue(ray.t_max) }
         });
         return found;

@@ -7,9 +7,9 @@ use std::ops::ControlFlow;
 
 use super::Counter;
 use super::interval::Crossing;
-use crate::geometry::{Bounds, Ray, round_down, round_up};
+use crate::geometry::{Bounds, Corners, Ray, Triangles, round_down, round_up};
 use crate::simd::Lanes;
-use crate::tree::{Child, Record, Target, WIDTH, Wide};
+use crate::tree::{Child, Record, Target, Tree, WIDTH, Wide};
 
 /// Half a unit in the last place of 1 in single precision.
 const U: f64 = f32::EPSILON as f64 / 2.0;
@@ -226,22 +226,23 @@ fn bits(mut mask: u8) -> impl Iterator<Item = usize> {
     })
 }
 
-/// Offer the triangles that the ray may hit, front to back. `offer` is given the place of one in the order of the
-/// references and answers how far the ray still matters, or that it is done.
+/// Offer the triangles that the ray may hit, front to back. `offer` is given the row and the corners of one and answers
+/// how far the ray still matters, or that it is done.
 #[inline(always)]
 pub(super) fn walk<L: Lanes, C: Counter>(
     wide: &Wide,
-    bounds: &Bounds,
+    tree: &Tree,
+    triangles: &Triangles,
     ray: &Ray,
     stack: &mut Vec<Postponed>,
     counter: &mut C,
-    mut offer: impl FnMut(usize) -> ControlFlow<(), f64>,
+    mut offer: impl FnMut(u32, Corners) -> ControlFlow<(), f64>,
 ) {
     if wide.records.is_empty() {
         return;
     }
-    let boxes = BoxRay::<L>::new(ray, bounds);
-    let leaves = if wide.rows.is_empty() { None } else { LeafRay::<L>::new(ray, bounds) };
+    let boxes = BoxRay::<L>::new(ray, &tree.bounds);
+    let leaves = if wide.rows.is_empty() { None } else { LeafRay::<L>::new(ray, &tree.bounds) };
     let crossing = Crossing::new(ray);
     // One number more than the limit: t and the limit are rounded to single precision.
     let single = |limit: f64| round_up(limit + f64::from(TINY));
@@ -277,7 +278,10 @@ pub(super) fn walk<L: Lanes, C: Counter>(
                     None => ((1u16 << count) - 1) as u8,
                 };
                 for lane in bits(candidates) {
-                    match offer(first + lane) {
+                    let row = tree.order[first + lane];
+                    // In single precision the corners are at hand.
+                    let corners = wide.corners(first, count, lane).unwrap_or_else(|| triangles.corners(row));
+                    match offer(row, corners) {
                         ControlFlow::Continue(t) => limit = single(t),
                         ControlFlow::Break(()) => return,
                     }

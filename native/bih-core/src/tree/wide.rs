@@ -3,7 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 
 use super::{Kind, Node};
-use crate::geometry::{Bounds, Triangles};
+use crate::geometry::{Bounds, Corners, Triangles};
 
 /// Children of a record, and triangles of a leaf at most.
 pub const WIDTH: usize = 8;
@@ -112,6 +112,14 @@ impl Wide {
     /// Bytes that the records and rows take.
     pub fn bytes(&self) -> usize {
         self.records.len() * Record::BYTES + self.rows.len() * size_of::<f32>()
+    }
+
+    /// The corners of the triangle in a lane of a leaf; none for double precision.
+    #[inline(always)]
+    pub fn corners(&self, first: usize, count: usize, lane: usize) -> Option<Corners> {
+        let rows = self.rows.get(9 * first..9 * (first + count))?;
+        let at = |row: usize| f64::from(rows[row * count + lane]);
+        Some([[at(0), at(1), at(2)], [at(3), at(4), at(5)], [at(6), at(7), at(8)]])
     }
 
     /// Collapse a binary tree whose leaves have at most `WIDTH` triangles.

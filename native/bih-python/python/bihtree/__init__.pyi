@@ -59,7 +59,7 @@ class Hits:
 
     @property
     def u(self) -> NDArray[np.floating]:
-        """(N,) barycentric weight of the triangle's second vertex, 0 for a miss; within 2^-32 and a rounding to float32."""
+        """(N,) barycentric weight of the triangle's second vertex, 0 for a miss; within 2^-32 and one rounding."""
 
     @property
     def v(self) -> NDArray[np.floating]:
