@@ -236,7 +236,8 @@ def test_borrowed_arrays_changed_by_force_are_no_crash(variant):
         assert len(hits) == 64 and (hits.triangle < len(triangles)).all()
         tree.occluded(*rays), tree.traversal_cost(*rays), tree.nodes()
     triangles[:] = 2**32 - 1
-    assert not tree.intersect(*rays).hit.any()
+    if tree.stats.layout == "classic":  # wide leaves keep their own vertices
+        assert not tree.intersect(*rays).hit.any()
     with pytest.raises(bihtree.BihError):
         tree.validate()
 

@@ -8,7 +8,7 @@ use super::{Camera, Passes, Pixel};
 use crate::control::{Cancelled, Control};
 use crate::geometry::{Ray, Triangles, add_scaled, cross, dot, normalise, subtract};
 use crate::simd::{FloatEnvironment, Kernel, Lanes, dispatch};
-use crate::traverse::{Counts, Hit, Stack, Uncounted, closest};
+use crate::traverse::{Counts, Hit, Stack, closest};
 use crate::tree::Tree;
 
 /// Side of a tile in pixels: some milliseconds of work a sample.
@@ -122,36 +122,36 @@ fn trace_pixel<L: Lanes>(
     y: u32,
     stack: &mut Stack,
 ) -> Pixel {
-    let mut counts = Counts::default();
-    let ray = camera.ray(x, y, sample_offset(0, options.seed));
-    let hit = ray.is_valid().then(|| closest::<L, _>(tree, triangles, &ray, stack, &mut counts)).flatten();
-    let surface = hit.map(|hit| surface(triangles, &ray, &hit));
-
-    let mut pixel = Pixel { cost: [counts.nodes as f32, counts.triangles as f32], ..Pixel::MISS };
-    if let (Some(hit), Some(surface)) = (hit, surface) {
-        pixel.depth = camera.depth(&surface.position) as f32;
-        pixel.normal = surface.normal.map(|x| x as f32);
-        pixel.position = surface.position.map(|x| x as f32);
-        pixel.triangle = hit.triangle as i32;
-    }
-    if options.combined {
-        let mut sum = [0.0; 4];
-        let mut add = |ray: &Ray, surface: Option<Surface>, stack: &mut Stack| {
-            if let Some(surface) = surface {
-                let colour = options.lighting.shade::<L>(tree, triangles, &surface, &ray.direction, stack);
-                for (sum, value) in sum.iter_mut().zip([colour[0], colour[1], colour[2], 1.0]) {
-                    *sum += value;
-                }
-            }
-        };
-        add(&ray, surface, stack);
-        for sample in 1..options.samples {
-            let ray = camera.ray(x, y, sample_offset(sample, options.seed));
-            let hit = ray.is_valid().then(|| closest::<L, _>(tree, triangles, &ray, stack, &mut Uncounted)).flatten();
-            add(&ray, hit.map(|hit| self::surface(triangles, &ray, &hit)), stack);
+    // No closures: see `Kernel`.
+    let mut pixel = Pixel::MISS;
+    let mut sum = [0.0; 4];
+    let samples = if options.combined { options.samples } else { 1 };
+    for sample in 0..samples {
+        let ray = camera.ray(x, y, sample_offset(sample, options.seed));
+        if !ray.is_valid() {
+            continue;
         }
-        pixel.combined = sum.map(|x| (x / f64::from(options.samples.max(1))) as f32);
+        let mut counts = Counts::default();
+        let hit = closest::<L, _>(tree, triangles, &ray, stack, &mut counts);
+        if sample == 0 {
+            pixel.cost = [counts.nodes as f32, counts.triangles as f32];
+        }
+        let Some(hit) = hit else { continue };
+        let surface = surface(triangles, &ray, &hit);
+        if sample == 0 {
+            pixel.depth = camera.depth(&surface.position) as f32;
+            pixel.normal = surface.normal.map(|x| x as f32);
+            pixel.position = surface.position.map(|x| x as f32);
+            pixel.triangle = hit.triangle as i32;
+        }
+        if options.combined {
+            let [red, green, blue] = options.lighting.shade::<L>(tree, triangles, &surface, &ray.direction, stack);
+            for (sum, value) in sum.iter_mut().zip([red, green, blue, 1.0]) {
+                *sum += value;
+            }
+        }
     }
+    pixel.combined = sum.map(|x| (x / f64::from(samples)) as f32);
     pixel
 }
 

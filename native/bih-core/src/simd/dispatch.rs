@@ -4,7 +4,10 @@ use std::sync::LazyLock;
 
 use super::lanes::{Lanes, Scalar};
 
-/// Work written once for lanes of any instruction set. `run` must be inlined into what calls it.
+/// Work written once for lanes of any instruction set.
+///
+/// `run` and all that it calls with lanes must be inlined, and no lanes may stand in a closure: a function of its own,
+/// as a closure is, does not have the instruction set of the kernel, and each of its operations becomes a call.
 pub trait Kernel {
     /// What it gives.
     type Output;

@@ -94,9 +94,6 @@ impl<L: Lanes> BoxRay<L> {
 
 const AXES: [usize; 3] = [0, 1, 2];
 
-// Nothing in lanes may stand in a closure: closures are functions of their own, which the instruction set of the kernel
-// does not reach.
-
 #[inline(always)]
 fn splat<L: Lanes>(values: [f32; 3]) -> [L; 3] {
     [L::splat(values[0]), L::splat(values[1]), L::splat(values[2])]
