@@ -48,9 +48,9 @@ def _read(source: Source) -> tuple[SceneData, Settings, float]:
     if source.mesh and source.mesh.suffix.lower() == ".npz":
         return _read_npz(source.mesh, width, height), Settings(), 0.0
     modules.require("bpy")
-    from . import registration, scene_file
+    from . import classes, scene_file
 
-    with registration.registered():
+    with classes.registered():
         if source.mesh:
             scene, seconds = scene_file.read_mesh_file(source.mesh, width, height)
             return scene, Settings(), seconds

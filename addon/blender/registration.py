@@ -1,53 +1,21 @@
-"""Everything that Blender must know of, in and out again."""
+"""Everything that Blender must know of, in and out again: the classes and the command."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
-
 import bpy
 
-from . import command_line
-from .engine import BihPreviewEngine
-from .panels import RENDER_PT_bih, panels_of_any_engine
-from .properties import BihSettings
-
-CLASSES = (BihSettings, BihPreviewEngine, RENDER_PT_bih)
+from . import classes, command_line
 
 _commands: list[object] = []
 """What Blender gave for the command it keeps, and wants back."""
 
 
 def register() -> None:
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
-    bpy.types.Scene.bih = bpy.props.PointerProperty(type=BihSettings)
-    for panel in panels_of_any_engine():
-        panel.COMPAT_ENGINES.add(BihPreviewEngine.bl_idname)
+    classes.register()
     _commands.append(bpy.utils.register_cli_command("bih", command_line.execute))
 
 
 def unregister() -> None:
     while _commands:
         bpy.utils.unregister_cli_command(_commands.pop())
-    for panel in panels_of_any_engine():
-        panel.COMPAT_ENGINES.discard(BihPreviewEngine.bl_idname)
-    del bpy.types.Scene.bih
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)
-
-
-@contextmanager
-def registered() -> Iterator[None]:
-    """Registered while a command runs, whether the host has the add-on enabled or not.
-
-    What was not registered before is not left behind: the 4.2 wheel crashes at exit on an engine that is.
-    """
-    if hasattr(bpy.types.Scene, "bih"):
-        yield
-        return
-    register()
-    try:
-        yield
-    finally:
-        unregister()
+    classes.unregister()

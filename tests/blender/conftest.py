@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import bpy
 import pytest
 
-from addon.blender import registration
+from addon.blender import classes
 
 
 @pytest.fixture
@@ -19,5 +19,5 @@ def scene() -> bpy.types.Scene:
 @pytest.fixture
 def registered(scene: bpy.types.Scene) -> Iterator[bpy.types.Scene]:
     """The scene, with the add-on registered while the test runs."""
-    with registration.registered():
+    with classes.registered():
         yield scene
