@@ -15,7 +15,7 @@ import numpy as np
 from mathutils import Matrix, Vector
 from numpy.typing import NDArray
 
-from addon.blender import registration
+from addon.blender import classes
 from addon.blender.engine import BihPreviewEngine
 from addon.blender.export import read_mesh
 from addon.pipeline.mesh import Mesh, read_npz
@@ -32,7 +32,7 @@ def main(arguments: list[str]) -> int:
         return 2
     bunny = read_bunny(Path(arguments[0]))
     bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
-    with registration.registered():
+    with classes.registered():
         scene = bpy.context.scene
         scene.name = "Bunny"
         add("Bunny", mesh_of("Bunny", standing(bunny.vertices), bunny.triangles.tolist()))
