@@ -157,3 +157,29 @@ fn triangles_that_cannot_be_hit_are_rejected_and_the_rest_works() {
     assert_eq!(tree.bounds().upper, [1.0, 1.0, 0.0]);
     agree(&triangles, 1, &[Ray::new([0.25, 0.25, 1.0], [0.0, 0.0, -1.0])]);
 }
+
+/// Rays at the vertices and edges of a surface, where single precision alone would lose hits.
+#[test]
+fn aimed_at_edges() {
+    const SIDE: usize = 24;
+    let height = |x: usize, y: usize| ((x * 7 + y * 13) % 11) as f32 * 0.013;
+    let vertex = |x: usize, y: usize| [x as f32 * 0.1, y as f32 * 0.1, height(x, y)];
+    let mut soup = Vec::new();
+    for (x, y) in (0..SIDE - 1).flat_map(|x| (0..SIDE - 1).map(move |y| (x, y))) {
+        let [a, b, c, d] = [vertex(x, y), vertex(x + 1, y), vertex(x, y + 1), vertex(x + 1, y + 1)];
+        soup.extend([a, b, c, b, d, c]);
+    }
+    let origins = [[1.13, 0.77, 4.1], [-7.3, 2.9, 5.7], [0.3, 11.9, 1.7]];
+    let mut rays = Vec::new();
+    for origin in origins {
+        for corners in soup.chunks_exact(3) {
+            for weight in [0.0, 0.5, 0.3, 0.83] {
+                let target: [f64; 3] = std::array::from_fn(|i| {
+                    f64::from(corners[0][i]) + weight * (f64::from(corners[1][i]) - f64::from(corners[0][i]))
+                });
+                rays.push(Ray::new(origin, std::array::from_fn(|i| target[i] - origin[i])));
+            }
+        }
+    }
+    agree(&Triangles::new(Vertices::F32(&soup), None).unwrap(), 4, &rays);
+}

@@ -124,4 +124,32 @@ mod tests {
         assert!(!has_no_area(&[[0.0; 3], [1.0, 2.0, 3.0], [2.0, 4.0, 6.0f64.next_up()]]));
         assert!(!has_no_area(&[[0.0; 3], [1e-300, 0.0, 0.0], [0.0, 1e-300, 0.0]]));
     }
+
+    /// Numbers from -1 to 1 (Marsaglia 2003, "Xorshift RNGs").
+    fn random(state: &mut u64) -> f64 {
+        *state ^= *state << 13;
+        *state ^= *state >> 7;
+        *state ^= *state << 17;
+        (*state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+
+    #[test]
+    fn what_the_filter_decides_is_true() {
+        let state = &mut 1;
+        let mut inside = 0;
+        for _ in 0..20_000 {
+            let mut point = || -> Vector { std::array::from_fn(|_| random(state)) };
+            let corners = [point(), point(), point()];
+            let origin = point().map(|x| 3.0 * x);
+            // At a point of an edge, as near as doubles come.
+            let weight = random(state);
+            let target: Vector = std::array::from_fn(|i| corners[0][i] + weight * (corners[1][i] - corners[0][i]));
+            let ray = Ray::new(origin, subtract(&target, &origin));
+            let truth = exact::is_inside(&corners, &ray.origin, &ray.direction);
+            assert_eq!(RayTest::new(&ray, &FAR).is_inside(&corners), truth, "{corners:?} {ray:?}");
+            inside += usize::from(truth);
+        }
+        // Half of the weights lie on the edge, and half of those fall inside.
+        assert!((4_000..6_000).contains(&inside), "{inside}");
+    }
 }
