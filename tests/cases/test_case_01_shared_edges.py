@@ -32,12 +32,13 @@ def targets(mesh, kind, count, rng):
     return start + weight * (end - start)
 
 
+@pytest.mark.parametrize("layout", ["classic", "wide"])
 @pytest.mark.parametrize("kind", ["vertex", "midpoint", "edge"])
 @pytest.mark.parametrize(("dtype", "scale", "offset"), PLACEMENTS)
-def test_nothing_leaks_out_of_a_sphere(dtype, scale, offset, kind):
+def test_nothing_leaks_out_of_a_sphere(dtype, scale, offset, kind, layout):
     sphere = meshes.icosphere(5, dtype=np.float64)
     mesh = meshes.Triangles(((sphere.vertices + offset) * scale).astype(dtype), sphere.triangles)
-    tree = bihtree.Tree(*mesh)
+    tree = bihtree.Tree(*mesh, layout=layout)
     rng = np.random.default_rng(1)
     leaks = 0
     for first in range(0, RAYS, BATCH):
