@@ -170,7 +170,7 @@ def summary(report: Mapping[str, Any]) -> list[str]:
         f"export {report['export_seconds']:9.3f} s   {report['vertices']:,} vertices",
         f"build  {report['build_seconds']:9.3f} s   {report['triangles']:,} triangles",
         f"trace  {report['trace_seconds']:9.3f} s   {report['width']:,} x {report['height']:,} pixels",
-        f"tree   {report['bytes_per_triangle']:9.1f} bytes a triangle, {report['nodes']:,} nodes",
+        f"tree   {report['bytes_per_triangle']:9.1f} bytes a triangle",
         f"rays   {report['rays_per_second']:9,.0f} camera rays a second",
     ]
     if report["rejected"]:
