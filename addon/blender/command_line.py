@@ -13,10 +13,9 @@ from pathlib import Path
 from typing import NoReturn
 
 from ..pipeline.errors import UserError
-from ..pipeline.settings import PASSES, Settings
+from ..pipeline.settings import LARGEST_SIDE, PASSES, Settings
 from . import modules
 
-LARGEST_SIDE = 65536
 LAST_FRAME = 1048574  # Blender's own limit
 
 

@@ -12,7 +12,7 @@ STRUCTURE_TEXT = {
     "bih": ("BIH", "Bounding Interval Hierarchy: two clip planes a node. Quick to build and small"),
 }
 LAYOUT_TEXT = {
-    "wide": ("Wide", "Records of eight boxes for the processor's vector unit: about five times as fast to trace"),
+    "wide": ("Wide", "Records of eight boxes for the processor's vector unit: two to five times as fast to trace"),
     "classic": ("Classic", "The 12-byte nodes of the paper: about a quarter of the memory"),
 }
 PRECISION_TEXT = {

@@ -9,9 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .errors import UserError
-
-LARGEST = 65536
-"""Most pixels a side, as bihtree.Camera has it."""
+from .settings import LARGEST_SIDE
 
 
 @dataclass(frozen=True)
@@ -61,8 +59,8 @@ def _inverse(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def check_size(width: int, height: int) -> None:
     """Raise UserError unless a picture can be of this size."""
-    if not (1 <= width <= LARGEST and 1 <= height <= LARGEST):
-        raise UserError(f"the picture is {width} x {height} pixels; both must be 1 to {LARGEST}", exit_status=2)
+    if not (1 <= width <= LARGEST_SIDE and 1 <= height <= LARGEST_SIDE):
+        raise UserError(f"the picture is {width} x {height} pixels; both must be 1 to {LARGEST_SIDE}", exit_status=2)
 
 
 def perspective_view(

@@ -9,6 +9,8 @@ from .errors import UserError
 STRUCTURES = ("bih",)
 LAYOUTS = ("wide", "classic")
 PRECISIONS = ("watertight",)
+LARGEST_SIDE = 65536
+"""Most pixels a side of a picture, as bihtree.Camera has it."""
 PASSES = ("combined", "depth", "normal", "position", "triangle", "cost")
 
 

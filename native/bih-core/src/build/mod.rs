@@ -17,7 +17,7 @@ use crate::tree::{Node, Record, Stats, Tree, WIDTH, Wide};
 pub struct BuildOptions {
     /// What the tree is traced as.
     pub layout: Layout,
-    /// Ranges of at most this many triangles become leaves; none: `DEFAULT_LEAF_SIZE`.
+    /// Ranges of at most this many triangles become leaves, of wide records `WIDTH` at most; none: the layout's default.
     pub leaf_size: Option<usize>,
 }
 
@@ -31,13 +31,23 @@ pub enum Layout {
     Wide,
 }
 
+impl Layout {
+    /// The most triangles that its records can refer to.
+    fn limit(self) -> usize {
+        match self {
+            Self::Classic => Triangles::LIMIT,
+            Self::Wide => Wide::LIMIT,
+        }
+    }
+}
+
 /// Measured in docs/decisions/leaf-size.md.
 pub const DEFAULT_LEAF_SIZE: usize = 4;
 
-/// The same for wide records.
+/// The same for wide records: docs/decisions/wide-records.md.
 pub const DEFAULT_WIDE_LEAF_SIZE: usize = 8;
 
-/// Bytes that a tree over `triangles` never exceeds: a binary tree of one leaf a triangle, and one reference each.
+/// Bytes that a tree over `triangles` never exceeds: one leaf a triangle, and one reference each.
 ///
 /// Known before the build, because an object is referred to once (Wächter and Keller 2006, section 3).
 pub fn bound_bytes(layout: Layout, triangles: &Triangles) -> usize {
@@ -63,6 +73,10 @@ fn classic_bound(triangles: usize) -> usize {
 
 /// Build the whole tree by the global heuristic.
 pub fn build(triangles: &Triangles, options: &BuildOptions, control: &Control) -> Result<Tree, Error> {
+    let limit = options.layout.limit();
+    if triangles.len() > limit {
+        return Err(Error::TooManyTriangles { triangles: triangles.len(), limit });
+    }
     let start = Instant::now();
     let _standard = FloatEnvironment::standard();
     let leaf_size = match options.layout {
@@ -78,7 +92,10 @@ pub fn build(triangles: &Triangles, options: &BuildOptions, control: &Control) -
     order.extend(references.iter().map(|reference| reference.row));
     order.extend_from_slice(&rejected);
     let references = &order[..order.len() - rejected.len()];
-    let wide = (options.layout == Layout::Wide).then(|| Wide::collapse(&built.nodes, references, triangles));
+    let wide = match options.layout {
+        Layout::Classic => None,
+        Layout::Wide => Some(Wide::collapse(&built.nodes, references, triangles, control)?),
+    };
     let binary_bytes = built.nodes.len() * Node::BYTES;
     let (nodes, depth, layout_bytes) = match &wide {
         None => (built.nodes.len(), built.depth, binary_bytes),

@@ -1,5 +1,7 @@
 //! Which instruction set a kernel runs in, chosen once a process.
 
+#[cfg(target_arch = "x86_64")]
+use std::arch::is_x86_feature_detected;
 use std::sync::LazyLock;
 
 use super::lanes::{Lanes, Scalar};
@@ -37,7 +39,12 @@ impl InstructionSet {
 static AVAILABLE: LazyLock<Vec<InstructionSet>> = LazyLock::new(|| {
     let mut sets = vec![InstructionSet::Scalar];
     #[cfg(target_arch = "x86_64")]
-    if ["avx2", "bmi1", "bmi2", "lzcnt", "popcnt"].iter().all(|name| has(name)) {
+    if is_x86_feature_detected!("avx2")
+        && is_x86_feature_detected!("bmi1")
+        && is_x86_feature_detected!("bmi2")
+        && is_x86_feature_detected!("lzcnt")
+        && is_x86_feature_detected!("popcnt")
+    {
         sets.insert(0, InstructionSet::Avx2);
     }
     match std::env::var("BIHTREE_ISA") {
@@ -45,17 +52,6 @@ static AVAILABLE: LazyLock<Vec<InstructionSet>> = LazyLock::new(|| {
         Err(_) => sets,
     }
 });
-
-#[cfg(target_arch = "x86_64")]
-fn has(name: &str) -> bool {
-    match name {
-        "avx2" => std::arch::is_x86_feature_detected!("avx2"),
-        "bmi1" => std::arch::is_x86_feature_detected!("bmi1"),
-        "bmi2" => std::arch::is_x86_feature_detected!("bmi2"),
-        "lzcnt" => std::arch::is_x86_feature_detected!("lzcnt"),
-        _ => std::arch::is_x86_feature_detected!("popcnt"),
-    }
-}
 
 /// What this process can run in, best first. The environment variable BIHTREE_ISA leaves only the one it names, and
 /// the scalar one.

@@ -64,26 +64,31 @@ impl RayBatch<'_> {
         triangles: &Triangles,
         control: &Control,
     ) -> Result<Vec<Option<Hit>>, Cancelled> {
-        self.answer(&Closest { tree, triangles }, control)
+        self.answer::<Closest>(tree, triangles, control)
     }
 
     /// Whether each ray hits anything; an invalid ray does not.
     pub fn occluded(&self, tree: &Tree, triangles: &Triangles, control: &Control) -> Result<Vec<bool>, Cancelled> {
-        self.answer(&Occluded { tree, triangles }, control)
+        self.answer::<Occluded>(tree, triangles, control)
     }
 
     /// What the nearest hit of each ray costs; nothing for an invalid ray.
     pub fn cost(&self, tree: &Tree, triangles: &Triangles, control: &Control) -> Result<Vec<Counts>, Cancelled> {
-        self.answer(&Cost { tree, triangles }, control)
+        self.answer::<Cost>(tree, triangles, control)
     }
 
-    fn answer<Q: Query>(&self, query: &Q, control: &Control) -> Result<Vec<Q::Answer>, Cancelled> {
+    fn answer<Q: Query>(
+        &self,
+        tree: &Tree,
+        triangles: &Triangles,
+        control: &Control,
+    ) -> Result<Vec<Q::Answer>, Cancelled> {
         let mut answers = vec![Q::Answer::default(); self.origins.len()];
         control.start(answers.len());
         answers.par_chunks_mut(CHUNK).enumerate().try_for_each(|(chunk, answers)| {
             let _standard = FloatEnvironment::standard();
             control.advance(answers.len())?;
-            dispatch(Chunk { rays: self, first: chunk * CHUNK, answers, query });
+            dispatch(Chunk::<Q> { tree, triangles, rays: self, first: chunk * CHUNK, answers });
             Ok(())
         })?;
         Ok(answers)
@@ -91,58 +96,50 @@ impl RayBatch<'_> {
 }
 
 /// What is asked of each ray.
-trait Query: Sync {
+trait Query {
     type Answer: Clone + Default + Send;
-    fn answer<L: Lanes>(&self, ray: &Ray, stack: &mut Stack) -> Self::Answer;
+    fn answer<L: Lanes>(tree: &Tree, triangles: &Triangles, ray: &Ray, stack: &mut Stack) -> Self::Answer;
 }
 
-struct Closest<'a> {
-    tree: &'a Tree,
-    triangles: &'a Triangles<'a>,
-}
+struct Closest;
 
-impl Query for Closest<'_> {
+impl Query for Closest {
     type Answer = Option<Hit>;
     #[inline(always)]
-    fn answer<L: Lanes>(&self, ray: &Ray, stack: &mut Stack) -> Option<Hit> {
-        closest::<L, _>(self.tree, self.triangles, ray, stack, &mut Uncounted)
+    fn answer<L: Lanes>(tree: &Tree, triangles: &Triangles, ray: &Ray, stack: &mut Stack) -> Option<Hit> {
+        closest::<L, _>(tree, triangles, ray, stack, &mut Uncounted)
     }
 }
 
-struct Occluded<'a> {
-    tree: &'a Tree,
-    triangles: &'a Triangles<'a>,
-}
+struct Occluded;
 
-impl Query for Occluded<'_> {
+impl Query for Occluded {
     type Answer = bool;
     #[inline(always)]
-    fn answer<L: Lanes>(&self, ray: &Ray, stack: &mut Stack) -> bool {
-        occluded::<L, _>(self.tree, self.triangles, ray, stack, &mut Uncounted)
+    fn answer<L: Lanes>(tree: &Tree, triangles: &Triangles, ray: &Ray, stack: &mut Stack) -> bool {
+        occluded::<L, _>(tree, triangles, ray, stack, &mut Uncounted)
     }
 }
 
-struct Cost<'a> {
-    tree: &'a Tree,
-    triangles: &'a Triangles<'a>,
-}
+struct Cost;
 
-impl Query for Cost<'_> {
+impl Query for Cost {
     type Answer = Counts;
     #[inline(always)]
-    fn answer<L: Lanes>(&self, ray: &Ray, stack: &mut Stack) -> Counts {
+    fn answer<L: Lanes>(tree: &Tree, triangles: &Triangles, ray: &Ray, stack: &mut Stack) -> Counts {
         let mut counts = Counts::default();
-        closest::<L, _>(self.tree, self.triangles, ray, stack, &mut counts);
+        closest::<L, _>(tree, triangles, ray, stack, &mut counts);
         counts
     }
 }
 
 /// The rays that one thread takes at a time.
 struct Chunk<'a, Q: Query> {
+    tree: &'a Tree,
+    triangles: &'a Triangles<'a>,
     rays: &'a RayBatch<'a>,
     first: usize,
     answers: &'a mut [Q::Answer],
-    query: &'a Q,
 }
 
 impl<Q: Query> Kernel for Chunk<'_, Q> {
@@ -153,7 +150,7 @@ impl<Q: Query> Kernel for Chunk<'_, Q> {
         for (row, answer) in self.answers.iter_mut().enumerate() {
             let ray = self.rays.ray(self.first + row);
             if ray.is_valid() {
-                *answer = self.query.answer::<L>(&ray, &mut stack);
+                *answer = Q::answer::<L>(self.tree, self.triangles, &ray, &mut stack);
             }
         }
     }

@@ -3,6 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 
 use super::{Kind, Node};
+use crate::control::{Cancelled, Control};
 use crate::geometry::{Bounds, Corners, Triangles};
 
 /// Children of a record, and triangles of a leaf at most.
@@ -109,6 +110,9 @@ pub struct Wide {
 }
 
 impl Wide {
+    /// The most triangles that a leaf's 28 bits can refer to.
+    pub const LIMIT: usize = 1 << COUNT_SHIFT;
+
     /// Bytes that the records and rows take.
     pub fn bytes(&self) -> usize {
         self.records.len() * Record::BYTES + self.rows.len() * size_of::<f32>()
@@ -123,9 +127,14 @@ impl Wide {
     }
 
     /// Collapse a binary tree whose leaves have at most `WIDTH` triangles.
-    pub fn collapse(nodes: &[Node], references: &[u32], triangles: &Triangles) -> Self {
+    pub fn collapse(
+        nodes: &[Node],
+        references: &[u32],
+        triangles: &Triangles,
+        control: &Control,
+    ) -> Result<Self, Cancelled> {
         if nodes.is_empty() {
-            return Self { records: Vec::new(), rows: Vec::new(), depth: 0 };
+            return Ok(Self { records: Vec::new(), rows: Vec::new(), depth: 0 });
         }
         let bounds = node_bounds(nodes, references, triangles);
         let rows = if triangles.is_double() { Vec::new() } else { leaf_rows(nodes, references, triangles) };
@@ -133,6 +142,7 @@ impl Wide {
         let mut depth = 0;
         let mut tasks = vec![(0, 0, 1)];
         while let Some((index, node, level)) = tasks.pop() {
+            control.check()?;
             depth = depth.max(level);
             let lanes = children_of(node, nodes, &bounds);
             for (lane, &child) in lanes.iter().enumerate() {
@@ -148,7 +158,7 @@ impl Wide {
             }
         }
         records.shrink_to_fit();
-        Self { records, rows, depth }
+        Ok(Self { records, rows, depth })
     }
 }
 
@@ -210,4 +220,20 @@ fn leaf_rows(nodes: &[Node], references: &[u32], triangles: &Triangles) -> Vec<f
         }
     }
     rows
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_child_survives_packing_up_to_the_limits() {
+        for index in [0, 1, INDEX_MASK as usize, (1 << 31) - 1] {
+            assert_eq!(Child::record(index).target(), Target::Record(index));
+        }
+        for count in 1..=WIDTH {
+            let first = Wide::LIMIT - count;
+            assert_eq!(Child::leaf(first, count).target(), Target::Leaf { first, count });
+        }
+    }
 }

@@ -169,7 +169,7 @@ class Tree:
             vertex that is not finite is rejected and counted in stats.rejected.
         triangles: (T, 3) integer rows of vertices; None: each three vertices are one triangle.
         layout: "classic" are the paper's 12-byte nodes, smallest; "wide" are records of eight boxes for vector units,
-            which trace about five times as fast in about four times the memory (docs/decisions/wide-records.md).
+            which trace two to five times as fast in about four times the memory (docs/decisions/wide-records.md).
         structure, build, heuristic, precision: what this version has; "global" halves the longest side of the cell,
             "watertight" decides every hit exactly.
         presort: the bucket sort; this version has none.
