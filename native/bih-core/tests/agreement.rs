@@ -7,7 +7,7 @@ use bih_core::{BuildOptions, Control, Ray, Tree, Triangles, Vertices, build, tre
 use proptest::prelude::*;
 
 fn build_tree(triangles: &Triangles, layout: Layout, leaf_size: usize) -> Tree {
-    let options = BuildOptions { layout, leaf_size: Some(leaf_size) };
+    let options = BuildOptions { layout, leaf_size: Some(leaf_size), ..Default::default() };
     let tree = build(triangles, &options, &Control::default()).unwrap();
     tree::validate(&tree, triangles).unwrap();
     assert!(tree.stats().tree_bytes <= tree.stats().bound_bytes, "{:?}", tree.stats());

@@ -79,7 +79,7 @@ impl Tree {
             .then(|| ThreadPoolBuilder::new().num_threads(threads).build())
             .transpose()
             .map_err(|error| BihError::new_err(format!("threads: {threads} could not be started ({error})")))?;
-        let options = BuildOptions { layout, leaf_size };
+        let options = BuildOptions { layout, leaf_size, ..Default::default() };
         let core = mesh.with_triangles(py, |triangles| {
             supervise(py, pool.as_ref(), progress, |control| bih_core::build(&triangles, &options, control))
         })??;

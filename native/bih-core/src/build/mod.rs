@@ -17,6 +17,8 @@ use crate::tree::{Node, Record, Stats, Tree, WIDTH, Wide};
 pub struct BuildOptions {
     /// What the tree is traced as.
     pub layout: Layout,
+    /// How rays are tested against triangles.
+    pub precision: Precision,
     /// Ranges of at most this many triangles become leaves, of wide records `WIDTH` at most; none: the layout's default.
     pub leaf_size: Option<usize>,
 }
@@ -29,6 +31,16 @@ pub enum Layout {
     Classic,
     /// Records of eight boxes, several levels of the tree in one.
     Wide,
+}
+
+/// How a ray is tested against a triangle.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Precision {
+    /// In single precision: for previews.
+    Fast,
+    /// No ray passes between two triangles that share an edge or a vertex.
+    #[default]
+    Watertight,
 }
 
 impl Layout {
@@ -115,5 +127,14 @@ pub fn build(triangles: &Triangles, options: &BuildOptions, control: &Control) -
         left_out: built.left_out,
     };
     let nodes = if wide.is_some() { Vec::new() } else { built.nodes };
-    Ok(Tree { nodes, wide, order, rejected: rejected.len(), bounds: built.bounds, leaf_size, stats })
+    Ok(Tree {
+        nodes,
+        wide,
+        order,
+        rejected: rejected.len(),
+        bounds: built.bounds,
+        precision: options.precision,
+        leaf_size,
+        stats,
+    })
 }

@@ -40,6 +40,7 @@ static AVAILABLE: LazyLock<Vec<InstructionSet>> = LazyLock::new(|| {
     let mut sets = vec![InstructionSet::Scalar];
     #[cfg(target_arch = "x86_64")]
     if is_x86_feature_detected!("avx2")
+        && is_x86_feature_detected!("fma")
         && is_x86_feature_detected!("bmi1")
         && is_x86_feature_detected!("bmi2")
         && is_x86_feature_detected!("lzcnt")

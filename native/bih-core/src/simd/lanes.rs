@@ -1,8 +1,21 @@
 //! Eight lanes of single precision: what a kernel is written in.
 
-/// Eight float32 numbers. Comparisons give a bit a lane; one with NaN is false. `minimum` and `maximum` give `other`
-/// where either is NaN.
+/// Which lanes something holds for.
+pub trait Mask: Copy {
+    /// One bit a lane, the first lane the lowest.
+    fn bits(self) -> u8;
+    /// Both.
+    fn and(self, other: Self) -> Self;
+    /// Either.
+    fn or(self, other: Self) -> Self;
+    /// self without other
+    fn and_not(self, other: Self) -> Self;
+}
+
+/// Eight float32 numbers. A comparison with NaN is false. `minimum` and `maximum` give `other` where either is NaN.
 pub trait Lanes: Copy {
+    /// Which lanes.
+    type Mask: Mask;
     /// The same number in each lane.
     fn splat(x: f32) -> Self;
     /// From memory of any alignment.
@@ -25,10 +38,21 @@ pub trait Lanes: Copy {
     fn minimum(self, other: Self) -> Self;
     /// The larger one.
     fn maximum(self, other: Self) -> Self;
+    /// self · factor + term, rounded once.
+    fn fused(self, factor: Self, term: Self) -> Self;
     /// self <= other
-    fn at_most(self, other: Self) -> u8;
+    fn at_most(self, other: Self) -> Self::Mask;
     /// self < other
-    fn below(self, other: Self) -> u8;
+    fn below(self, other: Self) -> Self::Mask;
+    /// `self` where the mask holds, `other` elsewhere.
+    fn select(self, mask: Self::Mask, other: Self) -> Self;
+    /// The smallest of the eight; none is NaN.
+    fn smallest(self) -> f32;
+    /// The largest of the eight; none is NaN.
+    fn largest(self) -> f32;
+    /// What a stack is given: of the lanes in `order` (eight numbers of four bits, the first in the lowest) those with
+    /// `self <= far`, their `self` and their word. The arrays behind the last one hold anything. Answers how many.
+    fn push(self, far: Self, words: &[u32; 8], order: u32, nears: &mut [f32; 8], pushed: &mut [u32; 8]) -> usize;
 }
 
 /// Without any vector instruction: kept for ever, as what the others are tested against.
@@ -47,7 +71,27 @@ impl Scalar {
     }
 }
 
+impl Mask for u8 {
+    #[inline(always)]
+    fn bits(self) -> u8 {
+        self
+    }
+    #[inline(always)]
+    fn and(self, other: Self) -> Self {
+        self & other
+    }
+    #[inline(always)]
+    fn or(self, other: Self) -> Self {
+        self | other
+    }
+    #[inline(always)]
+    fn and_not(self, other: Self) -> Self {
+        self & !other
+    }
+}
+
 impl Lanes for Scalar {
+    type Mask = u8;
     #[inline(always)]
     fn splat(x: f32) -> Self {
         Self([x; 8])
@@ -100,6 +144,35 @@ impl Lanes for Scalar {
     fn below(self, other: Self) -> u8 {
         self.mask(other, f32::lt)
     }
+    #[inline(always)]
+    fn fused(self, factor: Self, term: Self) -> Self {
+        Self(std::array::from_fn(|i| self.0[i].mul_add(factor.0[i], term.0[i])))
+    }
+    #[inline(always)]
+    fn select(self, mask: u8, other: Self) -> Self {
+        Self(std::array::from_fn(|i| if mask >> i & 1 != 0 { self.0[i] } else { other.0[i] }))
+    }
+    #[inline(always)]
+    fn smallest(self) -> f32 {
+        self.0.iter().fold(f32::INFINITY, |least, &x| least.min(x))
+    }
+    #[inline(always)]
+    fn largest(self) -> f32 {
+        self.0.iter().fold(f32::NEG_INFINITY, |most, &x| most.max(x))
+    }
+    #[inline(always)]
+    fn push(self, far: Self, words: &[u32; 8], order: u32, nears: &mut [f32; 8], pushed: &mut [u32; 8]) -> usize {
+        let mut count = 0;
+        for place in 0..8 {
+            let lane = (order >> (4 * place) & 7) as usize;
+            if self.0[lane] <= far.0[lane] {
+                nears[count] = self.0[lane];
+                pushed[count] = words[lane];
+                count += 1;
+            }
+        }
+        count
+    }
 }
 
 #[cfg(test)]
@@ -126,6 +199,7 @@ mod tests {
                     a.minus(b),
                     a.times(b),
                     a.over(b),
+                    a.fused(b, L::splat(0.1)),
                     a.magnitude(),
                     a.turned_by(b),
                     a.minimum(b),
@@ -135,7 +209,19 @@ mod tests {
                 // Which NaN comes out is not promised.
                 let canonical = |x: f32| if x.is_nan() { f32::NAN.to_bits() } else { x.to_bits() };
                 bits.extend(values.iter().flat_map(|value| value.store().map(canonical)));
-                bits.extend([u32::from(a.at_most(b)), u32::from(a.below(b))]);
+                let (most, less) = (a.at_most(b), a.below(b));
+                let masks = [most, less, most.and(less), most.or(less), most.and_not(less)];
+                bits.extend(masks.map(|mask| u32::from(mask.bits())));
+                bits.extend(a.select(less, b).store().map(canonical));
+                let finite = L::load(&turned.map(|x| if x.is_nan() { 7.0 } else { x }));
+                bits.extend([finite.smallest(), finite.largest()].map(f32::to_bits));
+                for order in [0x7654_3210, 0x0123_4567, 0x2706_1435u32.rotate_left(4 * shift as u32)] {
+                    let (mut nears, mut pushed) = ([0.0; 8], [0; 8]);
+                    let count = a.push(b, &[10, 11, 12, 13, 14, 15, 16, 17], order, &mut nears, &mut pushed);
+                    bits.push(count as u32);
+                    bits.extend(nears[..count].iter().map(|x| x.to_bits()));
+                    bits.extend(&pushed[..count]);
+                }
             }
             bits
         }

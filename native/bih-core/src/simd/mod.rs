@@ -8,4 +8,4 @@ mod lanes;
 
 pub use dispatch::{InstructionSet, Kernel, dispatch, dispatch_to, instruction_sets};
 pub use float_environment::FloatEnvironment;
-pub use lanes::{Lanes, Scalar};
+pub use lanes::{Lanes, Mask, Scalar};

@@ -8,7 +8,7 @@ use std::ops::ControlFlow;
 use super::Counter;
 use super::interval::Crossing;
 use crate::geometry::{Bounds, Corners, Ray, Triangles, round_down, round_up};
-use crate::simd::Lanes;
+use crate::simd::{Lanes, Mask};
 use crate::tree::{Child, Record, Target, Tree, WIDTH, Wide};
 
 /// Half a unit in the last place of 1 in single precision.
@@ -88,7 +88,7 @@ impl<L: Lanes> BoxRay<L> {
             near = enters.maximum(near);
             far = leaves.plus(self.tiny).minimum(far);
         }
-        (near.at_most(far), near.store())
+        (near.at_most(far).bits(), near.store())
     }
 }
 
@@ -180,12 +180,12 @@ impl<L: Lanes> LeafRay<L> {
         let square = longest.times(longest);
         let error = longest.times(self.edge_error).plus(square.times(self.square_error)).plus(self.least_error);
         let zero = L::splat(0.0);
-        let outside = u.plus(error).below(zero) | v.plus(error).below(zero) | size.plus(error).below(u.plus(v));
+        let outside = u.plus(error).below(zero).or(v.plus(error).below(zero)).or(size.plus(error).below(u.plus(v)));
         // Beyond the limit: above / size, each at its nearest, still exceeds it.
         let nearest = above.minus(square.times(self.above_error)).minus(self.least_above);
         let size = size.plus(square.times(self.below_error)).plus(self.least_error).times(self.more);
         let beyond = size.times(L::splat(limit)).below(nearest);
-        !(outside | beyond) & ((1u16 << count) - 1) as u8
+        !outside.or(beyond).bits() & ((1u16 << count) - 1) as u8
     }
 }
 

@@ -12,8 +12,9 @@ pub use stats::Stats;
 pub use table::{NodeRow, node_table};
 pub use validate::validate;
 pub use visitor::{Visit, Visitor};
-pub use wide::{Child, Record, Target, WIDTH, Wide};
+pub use wide::{Child, Orders, Record, Target, WIDTH, Wide};
 
+use crate::build::Precision;
 use crate::geometry::Bounds;
 
 /// Depth up to which a cell is halved; below it, ranges are split by object median.
@@ -32,6 +33,7 @@ pub struct Tree {
     pub(crate) order: Vec<u32>,
     pub(crate) rejected: usize,
     pub(crate) bounds: Bounds,
+    pub(crate) precision: Precision,
     pub(crate) leaf_size: usize,
     pub(crate) stats: Stats,
 }
@@ -60,6 +62,11 @@ impl Tree {
     /// Bounds of all triangles that can be hit; empty where there is none.
     pub fn bounds(&self) -> &Bounds {
         &self.bounds
+    }
+
+    /// How rays are tested against its triangles.
+    pub fn precision(&self) -> Precision {
+        self.precision
     }
 
     /// What the tree is and what it cost.

@@ -13,16 +13,45 @@ const LEAF: u32 = 1 << 31;
 const COUNT_SHIFT: u32 = 28;
 const INDEX_MASK: u32 = (1 << COUNT_SHIFT) - 1;
 
-/// 224 bytes: the boxes of eight children axis by axis, and what the children are. A lane without a child has a box that
-/// nothing meets.
+/// 256 bytes, four cache lines: the boxes of eight children axis by axis, what the children are, and in which order a ray
+/// meets them. A lane without a child has a box that nothing meets.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
-#[repr(C)]
+#[repr(C, align(64))]
 pub struct Record {
     /// Lower coordinates along x, y and z.
     pub lower: [[f32; WIDTH]; 3],
     /// Upper coordinates along x, y and z.
     pub upper: [[f32; WIDTH]; 3],
     children: [Child; WIDTH],
+    orders: Orders,
+}
+
+/// The lanes from the farthest to the nearest, four bits each, for each octant of directions: bit 0 of the octant is set
+/// where x is negative, bit 1 for y, bit 2 for z.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+#[repr(transparent)]
+pub struct Orders([u32; WIDTH]);
+
+impl Orders {
+    /// One child, in lane 0.
+    pub const ONE: Self = Self([0x0123_4567; WIDTH]);
+
+    /// Divide the child in `lane` along `axis`: it becomes the lower part, the upper part goes to lane `new`, which is
+    /// the next one that is free.
+    #[must_use]
+    pub fn split(mut self, lane: usize, new: usize, axis: usize) -> Self {
+        debug_assert!(lane < new && new < WIDTH);
+        for (octant, order) in self.0.iter_mut().enumerate() {
+            *order = divided(*order, lane as u32, new as u32, octant >> axis & 1 == 0);
+        }
+        self
+    }
+
+    /// The order for an octant.
+    #[inline(always)]
+    pub fn of(&self, octant: usize) -> u32 {
+        self.0[octant & 7]
+    }
 }
 
 /// Bit 31: a leaf. Then bits 28 – 30 hold its count less one, the rest its first reference. Otherwise the index of a
@@ -67,6 +96,18 @@ impl Child {
     }
 }
 
+/// Lanes in use stand in the highest places, the nearest uppermost; below them the free ones, `new` first.
+fn divided(order: u32, lane: u32, new: u32, lower_is_near: bool) -> u32 {
+    let below = |place: u32| (1u32 << (4 * place)) - 1;
+    let others = order ^ 0x1111_1111 * lane;
+    let place = (others.wrapping_sub(0x1111_1111) & !others & 0x8888_8888).trailing_zeros() / 4;
+    let nearer = order & !(below(place) << 4 | 0xf);
+    let farther = order & below(place) & !below(8 - new);
+    let free = order & below(7 - new);
+    let [first, second] = if lower_is_near { [lane, new] } else { [new, lane] };
+    nearer | first << (4 * place) | second << (4 * (place - 1)) | farther >> 4 | free
+}
+
 impl Record {
     /// Bytes of one record.
     pub const BYTES: usize = size_of::<Self>();
@@ -75,7 +116,20 @@ impl Record {
         lower: [[f32::INFINITY; WIDTH]; 3],
         upper: [[f32::NEG_INFINITY; WIDTH]; 3],
         children: [Child(0); WIDTH],
+        orders: Orders::ONE,
     };
+
+    /// The words of all lanes.
+    #[inline(always)]
+    pub fn words(&self) -> &[u32; WIDTH] {
+        bytemuck::cast_ref(&self.children)
+    }
+
+    /// The lanes from the farthest to the nearest for an octant of directions.
+    #[inline(always)]
+    pub fn order(&self, octant: usize) -> u32 {
+        self.orders.of(octant)
+    }
 
     /// What stands in a lane.
     #[inline(always)]
@@ -144,7 +198,8 @@ impl Wide {
         while let Some((index, node, level)) = tasks.pop() {
             control.check()?;
             depth = depth.max(level);
-            let lanes = children_of(node, nodes, &bounds);
+            let (lanes, orders) = children_of(node, nodes, &bounds);
+            records[index].orders = orders;
             for (lane, &child) in lanes.iter().enumerate() {
                 let target = match nodes[child].kind() {
                     Kind::Leaf { first, count } => Child::leaf(first, count),
@@ -163,28 +218,31 @@ impl Wide {
 }
 
 /// The nodes that become children of one record: the largest inner one, the higher one of equals, is replaced by its two
-/// children while there is room. They keep the order of the tree.
-fn children_of(node: usize, nodes: &[Node], bounds: &[Bounds]) -> Vec<usize> {
+/// children while there is room.
+fn children_of(node: usize, nodes: &[Node], bounds: &[Bounds]) -> (Vec<usize>, Orders) {
     // A node and how far it is below the first.
     let mut lanes = vec![(node, 0)];
+    let mut orders = Orders::ONE;
     while lanes.len() < WIDTH {
-        let mut largest: Option<(usize, usize)> = None;
+        let mut largest: Option<(usize, usize, usize)> = None;
         for (lane, &(node, depth)) in lanes.iter().enumerate() {
-            let Kind::Inner { left, .. } = nodes[node].kind() else { continue };
-            let precedes = largest.is_none_or(|(other, _)| {
+            let Kind::Inner { axis, left, .. } = nodes[node].kind() else { continue };
+            let precedes = largest.is_none_or(|(other, ..)| {
                 let (node_there, depth_there) = lanes[other];
                 let (area, other_area) = (half_area(&bounds[node]), half_area(&bounds[node_there]));
                 area > other_area || area == other_area && depth < depth_there
             });
             if precedes {
-                largest = Some((lane, left));
+                largest = Some((lane, left, axis));
             }
         }
-        let Some((lane, left)) = largest else { break };
+        let Some((lane, left, axis)) = largest else { break };
         let depth = lanes[lane].1 + 1;
-        lanes.splice(lane..=lane, [(left, depth), (left + 1, depth)]);
+        orders = orders.split(lane, lanes.len(), axis);
+        lanes[lane] = (left, depth);
+        lanes.push((left + 1, depth));
     }
-    lanes.into_iter().map(|(node, _)| node).collect()
+    (lanes.into_iter().map(|(node, _)| node).collect(), orders)
 }
 
 fn half_area(bounds: &Bounds) -> f64 {
@@ -225,6 +283,24 @@ fn leaf_rows(nodes: &[Node], references: &[u32], triangles: &Triangles) -> Vec<f
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn orders_follow_the_splits() {
+        assert_eq!(size_of::<Record>(), 256);
+        // Lane 0 is cut along x, then its lower part along y: lanes 0 below 2, both left of 1.
+        let orders = Orders::ONE.split(0, 1, 0).split(0, 2, 1);
+        let nearest_first = |octant: usize| [7, 6, 5].map(|place| orders.of(octant) >> (4 * place) & 7);
+        assert_eq!(nearest_first(0b000), [0, 2, 1]);
+        assert_eq!(nearest_first(0b001), [1, 0, 2]);
+        assert_eq!(nearest_first(0b010), [2, 0, 1]);
+        assert_eq!(nearest_first(0b111), [1, 2, 0]);
+        let full = (1..WIDTH).fold(Orders::ONE, |orders, new| orders.split(new / 2, new, new % 3));
+        for octant in 0..8 {
+            let mut lanes: Vec<_> = (0..8).map(|place| full.of(octant) >> (4 * place) & 15).collect();
+            lanes.sort_unstable();
+            assert_eq!(lanes, [0, 1, 2, 3, 4, 5, 6, 7]);
+        }
+    }
 
     #[test]
     fn every_child_survives_packing_up_to_the_limits() {
