@@ -133,8 +133,20 @@ impl Lanes for Avx2 {
     }
     #[inline(always)]
     fn push(self, far: Self, words: &[u32; 8], order: u32, nears: &mut [f32; 8], pushed: &mut [u32; 8]) -> usize {
+        self.push_last(far, words, order, nears, pushed).0
+    }
+    #[inline(always)]
+    fn push_last(
+        self,
+        far: Self,
+        words: &[u32; 8],
+        order: u32,
+        nears: &mut [f32; 8],
+        pushed: &mut [u32; 8],
+    ) -> (usize, u32) {
         // SAFETY: as in `splat`; the references are to the eight words that are read and written.
         unsafe {
+            let scalar_order = order;
             let places = _mm256_setr_epi32(0, 4, 8, 12, 16, 20, 24, 28);
             // Only the lowest three bits of a lane's number count.
             let order = _mm256_srlv_epi32(_mm256_set1_epi32(order.cast_signed()), places);
@@ -142,10 +154,12 @@ impl Lanes for Avx2 {
             let hits = _mm256_movemask_ps(_mm256_permutevar8x32_ps(hits, order)) as usize;
             let set = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(SET_BITS[hits].cast_signed()));
             let lanes = _mm256_permutevar8x32_epi32(order, set);
+            let last = scalar_order >> (4 * (hits as u32 | 1).ilog2()) & 7;
+            let last = words[last as usize];
             let words = _mm256_loadu_si256(words.as_ptr().cast());
             _mm256_storeu_si256(pushed.as_mut_ptr().cast(), _mm256_permutevar8x32_epi32(words, lanes));
             _mm256_storeu_ps(nears.as_mut_ptr(), _mm256_permutevar8x32_ps(self.0, lanes));
-            hits.count_ones() as usize
+            (hits.count_ones() as usize, last)
         }
     }
 }

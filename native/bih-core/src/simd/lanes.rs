@@ -53,6 +53,15 @@ pub trait Lanes: Copy {
     /// What a stack is given: of the lanes in `order` (eight numbers of four bits, the first in the lowest) those with
     /// `self <= far`, their `self` and their word. The arrays behind the last one hold anything. Answers how many.
     fn push(self, far: Self, words: &[u32; 8], order: u32, nears: &mut [f32; 8], pushed: &mut [u32; 8]) -> usize;
+    /// The same, and the word of the last one, which need not be read back: anything where there is none.
+    fn push_last(
+        self,
+        far: Self,
+        words: &[u32; 8],
+        order: u32,
+        nears: &mut [f32; 8],
+        pushed: &mut [u32; 8],
+    ) -> (usize, u32);
 }
 
 /// Without any vector instruction: kept for ever, as what the others are tested against.
@@ -172,6 +181,18 @@ impl Lanes for Scalar {
             }
         }
         count
+    }
+    #[inline(always)]
+    fn push_last(
+        self,
+        far: Self,
+        words: &[u32; 8],
+        order: u32,
+        nears: &mut [f32; 8],
+        pushed: &mut [u32; 8],
+    ) -> (usize, u32) {
+        let count = self.push(far, words, order, nears, pushed);
+        (count, pushed[count.saturating_sub(1)])
     }
 }
 

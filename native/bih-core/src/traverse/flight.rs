@@ -1,5 +1,7 @@
 //! Many rays in flight: while one waits for memory, others are worked on.
 
+use std::hint::select_unpredictable;
+
 use super::fast::{FastClosest, FastOccluded};
 use super::scene::Scene;
 use super::search::Search;
@@ -116,6 +118,20 @@ impl Stacks {
         nears.zip(words).expect("a stack has room for a step at any depth of its tree")
     }
 
+    /// The nearest of the children that were put off just now, else the last one before them, and the end of what is left.
+    /// The former need not be read back, nor compared.
+    #[inline(always)]
+    fn next(&self, top: u32, pushed: u32, nearest: u32, limit: f32) -> (u32, u32) {
+        let mut end = top + pushed - 1;
+        let mut compared = select_unpredictable(pushed > 0, 0, end);
+        while self.nears[compared as usize] > limit {
+            compared -= 1;
+            end = compared;
+        }
+        let word = self.words[compared as usize];
+        (select_unpredictable(pushed > 0, nearest, word), end)
+    }
+
     /// The last one that begins before the limit, and the end of what is left; those behind it are dropped.
     #[inline(always)]
     fn pop(&self, mut top: u32, limit: f32) -> (u32, u32) {
@@ -191,9 +207,9 @@ fn fly<L: Lanes, S: Search, R: Rays<S::Answer>>(scene: &Scene, rays: &mut R) {
             // First of all whether there is room: a check in between splits loads from their use.
             let (nears, words) = stacks.room(ray.top);
             let (near, far) = ray.slab.clip::<L>(record, limit);
-            let count = near.push(far, record.words(), record.order(ray.slab.octant()), nears, words);
-            let top = ray.top + count as u32;
-            (ray.word, ray.top) = stacks.pop(top, limit);
+            let order = record.order(ray.slab.octant());
+            let (count, nearest) = near.push_last(far, record.words(), order, nears, words);
+            (ray.word, ray.top) = stacks.next(ray.top, count as u32, nearest, limit);
             scene.prefetch(ray.word);
             queues.add(number, ray.word);
         }
