@@ -1,4 +1,4 @@
-//! Eight lanes in one register of 256 bits, with the mask registers and the compression of AVX-512.
+//! Eight lanes in one register of 256 bits, with the compression of AVX-512.
 
 #![expect(unsafe_code, reason = "intrinsics may run only where the processor has them")]
 
@@ -7,7 +7,7 @@ use std::arch::x86_64::*;
 
 use super::Kernel;
 use super::lanes::Lanes;
-use super::register_256::{lane_numbers, numbers_in_256_bits, run_with};
+use super::register_256::{Mask256, lane_numbers, numbers_in_256_bits, run_with};
 
 /// Lanes of AVX-512. They come into being only inside `run`, into which the methods are inlined.
 #[derive(Debug, Clone, Copy)]
@@ -18,26 +18,11 @@ run_with!(
 );
 
 impl Lanes for Avx512 {
-    type Mask = __mmask8;
     numbers_in_256_bits!();
     #[inline(always)]
-    fn at_most(self, other: Self) -> __mmask8 {
-        // SAFETY: a value of this type exists, so this runs inside `run`, whose caller vouches for the instruction set.
-        unsafe { _mm256_cmp_ps_mask::<_CMP_LE_OQ>(self.0, other.0) }
-    }
-    #[inline(always)]
-    fn below(self, other: Self) -> __mmask8 {
-        // SAFETY: as in `at_most`.
-        unsafe { _mm256_cmp_ps_mask::<_CMP_LT_OQ>(self.0, other.0) }
-    }
-    #[inline(always)]
-    fn select(self, mask: __mmask8, other: Self) -> Self {
-        // SAFETY: as in `at_most`.
-        Self(unsafe { _mm256_mask_blend_ps(mask, other.0, self.0) })
-    }
-    #[inline(always)]
     fn push(self, far: Self, words: &[u32; 8], order: u32, nears: &mut [f32; 8], pushed: &mut [u32; 8]) -> usize {
-        // SAFETY: as in `at_most`; the references are to the eight words that are read and written.
+        // SAFETY: a value of this type exists, so this runs inside `run`, whose caller vouches for AVX-512; the references are
+        // to the eight words that are read and written.
         unsafe {
             let order = lane_numbers!(order);
             let near = _mm256_permutexvar_ps(order, self.0);
