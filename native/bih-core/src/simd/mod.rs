@@ -12,8 +12,10 @@ mod lanes;
 mod neon;
 #[cfg(target_arch = "x86_64")]
 mod register_256;
+mod prefetch;
 
 pub use dispatch::{Kernel, dispatch, dispatch_to};
 pub use float_environment::FloatEnvironment;
 pub use instruction_set::{InstructionSet, NotThere, check_instruction_set, instruction_sets};
 pub use lanes::{Lanes, Mask, Scalar};
+pub use prefetch::prefetch;

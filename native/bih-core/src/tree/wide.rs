@@ -76,6 +76,18 @@ impl Child {
         Self(LEAF | (count as u32 - 1) << COUNT_SHIFT | first as u32)
     }
 
+    /// Whether the word stands for a leaf.
+    #[inline(always)]
+    pub fn is_leaf(word: u32) -> bool {
+        word & LEAF != 0
+    }
+
+    /// A word of a record.
+    #[inline(always)]
+    pub fn from_word(word: u32) -> Self {
+        Self(word)
+    }
+
     /// The word, unpacked.
     #[inline(always)]
     pub fn target(self) -> Target {
@@ -113,6 +125,12 @@ impl Record {
             Child(child.0 + if is_record { offset as u32 } else { 0 })
         });
         Self { children, ..*self }
+    }
+
+    /// The boxes as they stand: lower x, y, z and upper x, y, z of all lanes; two rows more that are no numbers.
+    #[inline(always)]
+    pub fn planes(&self) -> &[[f32; WIDTH]; 8] {
+        bytemuck::cast_ref(self)
     }
 
     /// The words of all lanes.
