@@ -79,6 +79,15 @@ macro_rules! intrinsic {
 impl Lanes for Avx2 {
     type Mask = Avx2Mask;
     #[inline(always)]
+    fn mask(bits: u8) -> Avx2Mask {
+        // SAFETY: as in `splat`.
+        unsafe {
+            let lanes = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+            let set = _mm256_and_si256(_mm256_set1_epi32(i32::from(bits)), lanes);
+            Avx2Mask(_mm256_castsi256_ps(_mm256_cmpeq_epi32(set, lanes)))
+        }
+    }
+    #[inline(always)]
     fn splat(x: f32) -> Self {
         // SAFETY: lanes are made only inside `run`, whose caller vouches for AVX2.
         Self(unsafe { _mm256_set1_ps(x) })

@@ -16,6 +16,8 @@ pub trait Mask: Copy {
 pub trait Lanes: Copy {
     /// Which lanes.
     type Mask: Mask;
+    /// The lanes whose bits are set.
+    fn mask(bits: u8) -> Self::Mask;
     /// The same number in each lane.
     fn splat(x: f32) -> Self;
     /// From memory of any alignment.
@@ -92,6 +94,10 @@ impl Mask for u8 {
 
 impl Lanes for Scalar {
     type Mask = u8;
+    #[inline(always)]
+    fn mask(bits: u8) -> u8 {
+        bits
+    }
     #[inline(always)]
     fn splat(x: f32) -> Self {
         Self([x; 8])
@@ -213,6 +219,9 @@ mod tests {
                 let masks = [most, less, most.and(less), most.or(less), most.and_not(less)];
                 bits.extend(masks.map(|mask| u32::from(mask.bits())));
                 bits.extend(a.select(less, b).store().map(canonical));
+                let given = L::mask(0b1011_0010u8.rotate_left(shift as u32));
+                bits.push(u32::from(given.bits()));
+                bits.extend(a.select(given.and(most), b).store().map(canonical));
                 let finite = L::load(&turned.map(|x| if x.is_nan() { 7.0 } else { x }));
                 bits.extend([finite.smallest(), finite.largest()].map(f32::to_bits));
                 for order in [0x7654_3210, 0x0123_4567, 0x2706_1435u32.rotate_left(4 * shift as u32)] {

@@ -47,7 +47,7 @@ impl<'a> Nearest<'a> {
 
     /// Past this nothing can be nearer.
     #[inline(always)]
-    fn limit(&self) -> f64 {
+    pub(super) fn limit(&self) -> f64 {
         self.best.as_ref().map_or(self.ray.t_max, |best| best.distance.upper())
     }
 

@@ -6,6 +6,7 @@ mod counters;
 mod interval;
 mod naive;
 mod occlusion;
+pub mod packet;
 mod stack;
 mod wide;
 

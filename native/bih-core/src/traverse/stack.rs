@@ -1,5 +1,6 @@
 //! What a ray has put off.
 
+use super::packet;
 use super::wide::Postponed;
 use crate::tree::MAX_DEPTH;
 
@@ -20,6 +21,8 @@ pub struct Stack {
     len: usize,
     /// For wide records: at most seven a level.
     pub(super) wide: Vec<Postponed>,
+    /// For packets.
+    pub(super) packet: Vec<packet::Entry>,
 }
 
 impl Default for Stack {
@@ -28,6 +31,7 @@ impl Default for Stack {
             entries: [Entry::default(); MAX_DEPTH as usize],
             len: 0,
             wide: Vec::with_capacity(8 * MAX_DEPTH as usize),
+            packet: Vec::new(),
         }
     }
 }
