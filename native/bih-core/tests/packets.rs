@@ -49,11 +49,7 @@ impl Kernel for Single<'_> {
         let (mut hits, mut hidden) = (Vec::new(), Vec::new());
         for ray in rays {
             let is_valid = ray.is_valid();
-            hits.push(if is_valid {
-                closest::<L, _>(tree, triangles, ray, &mut stack, &mut Uncounted)
-            } else {
-                None
-            });
+            hits.push(if is_valid { closest::<L, _>(tree, triangles, ray, &mut stack, &mut Uncounted) } else { None });
             hidden.push(is_valid && occluded::<L, _>(tree, triangles, ray, &mut stack, &mut Uncounted));
         }
         (hits, hidden)
@@ -122,7 +118,8 @@ fn point(x: impl Strategy<Value = f64>) -> impl Strategy<Value = [f64; 3]> {
 }
 
 fn rays(x: impl Strategy<Value = f64> + Clone, count: usize) -> impl Strategy<Value = Vec<Ray>> {
-    let end = prop_oneof![4 => Just(None), 1 => (-2i32..6).prop_map(|t| Some(f64::from(t) / 2.0)), 1 => Just(Some(0.0))];
+    let end =
+        prop_oneof![4 => Just(None), 1 => (-2i32..6).prop_map(|t| Some(f64::from(t) / 2.0)), 1 => Just(Some(0.0))];
     let ray = (point(x.clone()), point(x), end.clone(), end).prop_map(|(origin, direction, t_min, t_max)| Ray {
         origin,
         direction,

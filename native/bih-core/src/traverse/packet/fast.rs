@@ -29,9 +29,8 @@ pub(super) fn slabs<L: Lanes>(columns: &Columns, group: usize) -> Slabs<L> {
         slabs.near_reciprocal[axis] = reciprocal.times(L::splat(1.0 - 2.0 * f32::EPSILON));
         slabs.far_reciprocal[axis] = reciprocal.times(L::splat(1.0 + 3.0 * f32::EPSILON));
         let magnitude = reciprocal.magnitude();
-        let is_regular = L::splat(2.0 * f32::MIN_POSITIVE)
-            .at_most(magnitude)
-            .and(magnitude.below(L::splat(f32::MAX / 2.0)));
+        let is_regular =
+            L::splat(2.0 * f32::MIN_POSITIVE).at_most(magnitude).and(magnitude.below(L::splat(f32::MAX / 2.0)));
         if is_regular.bits() != u8::MAX {
             let [near, far] = irregular(&columns.direction[axis][group]);
             slabs.near_reciprocal[axis] = slabs.near_reciprocal[axis].select(is_regular, L::load(&near));
@@ -290,16 +289,9 @@ fn one_ray<L: Lanes>(
     ray: usize,
 ) -> (Meeting<L>, u8) {
     let at = |columns: &[Column; 3], axis: usize| columns[axis][group][ray];
-    let origin = [
-        L::splat(at(&columns.origin, 0)),
-        L::splat(at(&columns.origin, 1)),
-        L::splat(at(&columns.origin, 2)),
-    ];
-    let direction = [
-        L::splat(at(&columns.direction, 0)),
-        L::splat(at(&columns.direction, 1)),
-        L::splat(at(&columns.direction, 2)),
-    ];
+    let origin = [L::splat(at(&columns.origin, 0)), L::splat(at(&columns.origin, 1)), L::splat(at(&columns.origin, 2))];
+    let direction =
+        [L::splat(at(&columns.direction, 0)), L::splat(at(&columns.direction, 1)), L::splat(at(&columns.direction, 2))];
     let meeting = Meeting::new(
         &origin,
         &direction,

@@ -26,6 +26,11 @@ pub const PACKET: usize = GROUPS * WIDTH;
 
 const GROUPS: usize = 8;
 
+/// How far apart the origins of coherent rays may lie, as a part of the scene's longest side, and how far their
+/// directions, as a part of the component along which they go farthest.
+const ORIGINS: f64 = 0.25;
+const DIRECTIONS: f64 = 0.5;
+
 type Hits<'a> = &'a mut [Option<Hit>];
 
 /// The nearest hits of up to `PACKET` rays, those of `traverse::closest`; none for invalid rays.
@@ -52,7 +57,7 @@ pub fn closest<L: Lanes>(tree: &Tree, triangles: &Triangles, rays: &[Ray], stack
             }
         }
         Precision::Watertight => {
-            let mut query = watertight::Closest::<L>::new(rays, &columns, tree, triangles);
+            let mut query = watertight::Closest::<L>::new(rays, &columns, tree);
             let (slabs, limits) = watertight_rays::<L>(&columns);
             for (octant, active) in octants(&slabs, active) {
                 walk(wide, &mut Packet::new(slabs, &limits, active, octant), &mut stack.packet, &mut query);
@@ -86,7 +91,7 @@ pub fn occluded<L: Lanes>(tree: &Tree, triangles: &Triangles, rays: &[Ray], stac
             hidden | query.hidden
         }
         Precision::Watertight => {
-            let mut query = watertight::Occluded::<L>::new(rays, &columns, tree, triangles);
+            let mut query = watertight::Occluded::<L>::new(rays, &columns, tree);
             let (slabs, limits) = watertight_rays::<L>(&columns);
             for (octant, active) in octants(&slabs, active) {
                 walk(wide, &mut Packet::new(slabs, &limits, active, octant), &mut stack.packet, &mut query);
@@ -94,6 +99,25 @@ pub fn occluded<L: Lanes>(tree: &Tree, triangles: &Triangles, rays: &[Ray], stac
             hidden | query.hidden
         }
     }
+}
+
+/// Whether rays are so alike that a packet of them is worth its while: most of what one of them meets, the others do.
+pub fn is_coherent(tree: &Tree, rays: &[Ray]) -> bool {
+    let Some(first) = rays.first() else { return false };
+    let bounds = tree.bounds();
+    let size = (0..3).map(|axis| f64::from(bounds.upper[axis]) - f64::from(bounds.lower[axis])).fold(0.0, f64::max);
+    let along = (0..3).max_by(|&a, &b| first.direction[a].abs().total_cmp(&first.direction[b].abs())).unwrap_or(0);
+    let mut least = [[f64::INFINITY; 3]; 2];
+    let mut most = [[f64::NEG_INFINITY; 3]; 2];
+    for ray in rays {
+        for axis in 0..3 {
+            for (kind, x) in [ray.origin[axis], ray.direction[axis] / ray.direction[along]].into_iter().enumerate() {
+                least[kind][axis] = least[kind][axis].min(x);
+                most[kind][axis] = most[kind][axis].max(x);
+            }
+        }
+    }
+    (0..3).all(|axis| most[0][axis] - least[0][axis] <= ORIGINS * size && most[1][axis] - least[1][axis] <= DIRECTIONS)
 }
 
 /// The rays that a packet can answer, one bit a ray.

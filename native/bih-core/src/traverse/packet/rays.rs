@@ -139,12 +139,8 @@ impl<L: Lanes> Packet<L> {
                 extremes[2][group] = largest[0].select(mask, least).largest();
                 extremes[3][group] = largest[1].select(mask, least).largest();
             }
-            let [a, b, c, d] = [
-                L::load(&extremes[0]),
-                L::load(&extremes[1]),
-                L::load(&extremes[2]),
-                L::load(&extremes[3]),
-            ];
+            let [a, b, c, d] =
+                [L::load(&extremes[0]), L::load(&extremes[1]), L::load(&extremes[2]), L::load(&extremes[3])];
             let (groups, whole) = (&mut self.groups, &mut self.whole);
             let all = [a.smallest(), b.smallest(), c.largest(), d.largest()];
             if is_negative(self.octant, axis) {

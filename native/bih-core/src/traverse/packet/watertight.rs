@@ -4,7 +4,7 @@ use super::rays::{Columns, Packet};
 use super::slabs::Slabs;
 use super::walk::{Leaf, Query};
 use super::{GROUPS, Hits, PACKET, bits, load_rows};
-use crate::geometry::{Bounds, Ray, Triangles, round_up};
+use crate::geometry::{Bounds, Corners, Ray, round_up};
 use crate::intersect::RayTest;
 use crate::simd::{Lanes, Mask};
 use crate::traverse::closest::{Nearest, distance_within};
@@ -97,7 +97,6 @@ struct Filter<'a, L> {
     rays: &'a [Ray],
     columns: &'a Columns,
     tree: &'a Tree,
-    triangles: &'a Triangles<'a>,
     errors: [Errors<L>; GROUPS],
 }
 
@@ -108,12 +107,12 @@ pub(super) struct LeafTriangles {
 
 impl<'a, L: Lanes> Filter<'a, L> {
     #[inline(always)]
-    fn new(rays: &'a [Ray], columns: &'a Columns, tree: &'a Tree, triangles: &'a Triangles<'a>) -> Self {
+    fn new(rays: &'a [Ray], columns: &'a Columns, tree: &'a Tree) -> Self {
         let mut errors = [Errors::new(columns, tree.bounds(), 0); GROUPS];
         for (group, errors) in errors.iter_mut().enumerate() {
             *errors = Errors::new(columns, tree.bounds(), group);
         }
-        Self { rays, columns, tree, triangles, errors }
+        Self { rays, columns, tree, errors }
     }
 
     /// The rays that may hit a triangle before their limits.
@@ -150,7 +149,7 @@ impl<'a, L: Lanes> Filter<'a, L> {
 
     /// The corners of a triangle of a leaf.
     #[inline(always)]
-    fn corners(&self, triangles: &LeafTriangles, lane: usize) -> crate::geometry::Corners {
+    fn corners(&self, triangles: &LeafTriangles, lane: usize) -> Corners {
         triangles.corners.map(|corner| corner.map(|axis| f64::from(axis[lane % WIDTH])))
     }
 }
@@ -201,8 +200,8 @@ pub(super) struct Closest<'a, L> {
 
 impl<'a, L: Lanes> Closest<'a, L> {
     #[inline(always)]
-    pub fn new(rays: &'a [Ray], columns: &'a Columns, tree: &'a Tree, triangles: &'a Triangles<'a>) -> Self {
-        let filter = Filter::new(rays, columns, tree, triangles);
+    pub fn new(rays: &'a [Ray], columns: &'a Columns, tree: &'a Tree) -> Self {
+        let filter = Filter::new(rays, columns, tree);
         Self { filter, nearest: Vec::with_capacity(PACKET), slots: [u8::MAX; PACKET] }
     }
 
@@ -274,8 +273,8 @@ pub(super) struct Occluded<'a, L> {
 
 impl<'a, L: Lanes> Occluded<'a, L> {
     #[inline(always)]
-    pub fn new(rays: &'a [Ray], columns: &'a Columns, tree: &'a Tree, triangles: &'a Triangles<'a>) -> Self {
-        Self { filter: Filter::new(rays, columns, tree, triangles), tests: [None; PACKET], hidden: 0 }
+    pub fn new(rays: &'a [Ray], columns: &'a Columns, tree: &'a Tree) -> Self {
+        Self { filter: Filter::new(rays, columns, tree), tests: [None; PACKET], hidden: 0 }
     }
 }
 
