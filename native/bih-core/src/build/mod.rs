@@ -79,20 +79,25 @@ pub const DEFAULT_WIDE_LEAF_SIZE: usize = 8;
 /// Bytes that a tree over `triangles` never exceeds: one leaf a triangle, and one reference each.
 ///
 /// Known before the build, because an object is referred to once (Wächter and Keller 2006, section 3).
-pub fn bound_bytes(layout: Layout, triangles: &Triangles) -> usize {
-    match layout {
+pub fn bound_bytes(options: &BuildOptions, triangles: &Triangles) -> usize {
+    match options.layout {
         Layout::Classic => classic_bound(triangles.len()),
-        Layout::Wide => wide_bound(triangles.len(), triangles.is_double()),
+        Layout::Wide => wide_bound(triangles.len(), has_rows(options, triangles)),
     }
+}
+
+/// Whether leaves hold their vertices: single precision has no room for those of double precision, where it decides.
+fn has_rows(options: &BuildOptions, triangles: &Triangles) -> bool {
+    options.layout == Layout::Wide && (!triangles.is_double() || options.precision == Precision::Fast)
 }
 
 /// A record has two children or more, and each record but the root is a child: of l leaves there are at most l − 1
 /// records, or one for a single leaf.
-fn wide_bound(triangles: usize, is_double: bool) -> usize {
+fn wide_bound(triangles: usize, has_rows: bool) -> usize {
     if triangles == 0 {
         return 0;
     }
-    let rows = if is_double { 0 } else { (9 * triangles + WIDTH) * size_of::<f32>() };
+    let rows = if has_rows { (9 * triangles + WIDTH) * size_of::<f32>() } else { 0 };
     Record::BYTES * (triangles - 1).max(1) + rows + size_of::<u32>() * triangles
 }
 
@@ -115,8 +120,7 @@ pub fn build(triangles: &Triangles, options: &BuildOptions, control: &Control) -
     let extent = Extent::of(triangles, control)?;
     let references = triangles.len() - extent.rejected.len();
     control.start(references);
-    let has_rows = options.layout == Layout::Wide && (!triangles.is_double() || options.precision == Precision::Fast);
-    let mut rows = vec![0f32; if has_rows && references > 0 { 9 * references + WIDTH } else { 0 }];
+    let mut rows = vec![0f32; if has_rows(options, triangles) && references > 0 { 9 * references + WIDTH } else { 0 }];
     let mut order = vec![0u32; triangles.len()];
     order[references..].copy_from_slice(&extent.rejected);
     let presorted = options.presort.unwrap_or(references > presort::WORTHWHILE);
@@ -162,7 +166,7 @@ pub fn build(triangles: &Triangles, options: &BuildOptions, control: &Control) -
         leaves,
         depth,
         tree_bytes,
-        bound_bytes: bound_bytes(options.layout, triangles),
+        bound_bytes: bound_bytes(options, triangles),
         peak_build_bytes: tree_bytes + peak + 8 * references,
         build_seconds: start.elapsed().as_secs_f64(),
         rejected: extent.rejected.len(),

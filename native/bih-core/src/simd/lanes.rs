@@ -16,6 +16,8 @@ pub trait Mask: Copy {
 pub trait Lanes: Copy {
     /// Which lanes.
     type Mask: Mask;
+    /// The lanes whose bits are set.
+    fn mask(bits: u8) -> Self::Mask;
     /// The same number in each lane.
     fn splat(x: f32) -> Self;
     /// From memory of any alignment.
@@ -118,6 +120,10 @@ impl Mask for u8 {
 
 impl Lanes for Scalar {
     type Mask = u8;
+    #[inline(always)]
+    fn mask(bits: u8) -> u8 {
+        bits
+    }
     #[inline(always)]
     fn splat(x: f32) -> Self {
         Self([x; 8])
@@ -239,6 +245,9 @@ mod tests {
                 let masks = [most, less, most.and(less), most.or(less), most.and_not(less)];
                 bits.extend(masks.map(|mask| u32::from(mask.bits())));
                 bits.extend(a.select(less, b).store().map(canonical));
+                let given = L::mask(0b1011_0010u8.rotate_left(shift as u32));
+                bits.push(u32::from(given.bits()));
+                bits.extend(a.select(given.and(most), b).store().map(canonical));
                 let finite = L::load(&turned.map(|x| if x.is_nan() { 7.0 } else { x }));
                 let zeros = L::load(&turned.map(|x| if x > 0.0 { 0.0 } else { -0.0 }));
                 for lanes in [finite, zeros] {

@@ -10,9 +10,9 @@ mod instruction_set;
 mod lanes;
 #[cfg(all(target_arch = "aarch64", target_endian = "little"))]
 mod neon;
+mod prefetch;
 #[cfg(target_arch = "x86_64")]
 mod register_256;
-mod prefetch;
 
 pub use dispatch::{Kernel, dispatch, dispatch_to};
 pub use float_environment::FloatEnvironment;

@@ -43,6 +43,15 @@ macro_rules! numbers_in_256_bits {
     () => {
         type Mask = Mask256;
         #[inline(always)]
+        fn mask(bits: u8) -> Mask256 {
+            // SAFETY: inside `run`.
+            unsafe {
+                let lanes = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+                let set = _mm256_and_si256(_mm256_set1_epi32(i32::from(bits)), lanes);
+                Mask256(_mm256_castsi256_ps(_mm256_cmpeq_epi32(set, lanes)))
+            }
+        }
+        #[inline(always)]
         fn splat(x: f32) -> Self {
             // SAFETY: inside `run`.
             Self(unsafe { _mm256_set1_ps(x) })

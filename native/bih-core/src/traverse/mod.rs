@@ -9,6 +9,7 @@ mod flight;
 mod interval;
 mod naive;
 mod occlusion;
+pub mod packet;
 mod scene;
 mod search;
 mod single;

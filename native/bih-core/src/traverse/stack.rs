@@ -1,5 +1,6 @@
 //! What a ray has put off.
 
+use super::packet;
 use crate::tree::{MAX_DEPTH, WIDTH};
 
 /// A node to visit later, and the part of the ray that lies in it.
@@ -18,11 +19,13 @@ pub struct Stack {
     entries: [Entry; MAX_DEPTH as usize],
     len: usize,
     pub(super) wide: WideStack,
+    /// For packets.
+    pub(super) packet: Vec<packet::Entry>,
 }
 
 impl Default for Stack {
     fn default() -> Self {
-        Self { entries: [Entry::default(); MAX_DEPTH as usize], len: 0, wide: WideStack::default() }
+        Self { entries: [Entry::default(); MAX_DEPTH as usize], len: 0, wide: WideStack::default(), packet: Vec::new() }
     }
 }
 
