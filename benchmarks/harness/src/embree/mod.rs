@@ -1,0 +1,10 @@
+//! The peer Embree, through the shared library that the wheel of embreex carries.
+
+mod device;
+mod flush;
+mod library;
+mod packets;
+mod trace;
+
+pub use device::{Device, EmbreeSide};
+pub use packets::Packet;
