@@ -1,6 +1,6 @@
 """Scenes as files for the harness: `python -m benchmarks.meshes bunny terrain soup gears@100000`.
 
-A name with @ asks for about so many triangles. Meshes that are not made by formula come from `--meshes FOLDER`, or the folder
+A name with @ asks for about so many triangles. Meshes that no formula makes come from `--meshes FOLDER`, or the folder
 that BIH_MESHES names, as .npz files with the arrays `vertices` and `triangles`.
 """
 
@@ -13,9 +13,11 @@ import sys
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
-from addon.report.scenes import SCENES, Scene, View
+from addon.report.scenes import SCENES
 from addon.report.shapes import shape
+from addon.report.view import Scene, View
 
 BUILT = Path(__file__).resolve().parent.parent / "build" / "bench" / "meshes"
 FILES = {"bunny": "stanford-bunny", "dragon": "dragon-full"}
@@ -31,7 +33,7 @@ def folder(chosen: Path | None = None) -> Path:
     return chosen or Path(os.environ.get("BIH_MESHES", Path(__file__).resolve().parents[2] / "shared" / "meshes"))
 
 
-def framed(lower: np.ndarray, upper: np.ndarray) -> View:
+def framed(lower: NDArray[np.float64], upper: NDArray[np.float64]) -> View:
     """From the front and a little above, the whole of it in the picture."""
     centre, size = (lower + upper) / 2, upper - lower
     eye = centre + np.array([0.1, 0.15, 1.9]) * [size[0], size[1], max(size[1], 0.75 * size[0])]
