@@ -10,6 +10,7 @@ const TOLERANCE: f32 = 1e-3;
 /// How answers compare with those of the reference.
 pub fn compare(answers: &Answers, reference: &Answers) -> Map<String, Value> {
     let mut counts = Map::new();
+    counts.insert("digest".to_owned(), json!(format!("{:016x}", digest(answers))));
     let mut insert = |name: &str, count: usize| counts.insert(name.to_owned(), json!(count));
     match (answers, reference) {
         (Answers::Nearest(answers), Answers::Nearest(reference)) => {
@@ -32,4 +33,14 @@ pub fn compare(answers: &Answers, reference: &Answers) -> Map<String, Value> {
         _ => unreachable!("both answer the same question"),
     }
     counts
+}
+
+/// FNV-1a over every bit of the answers: equal where they are the same.
+fn digest(answers: &Answers) -> u64 {
+    let mix = |hash: u64, word: u32| (hash ^ u64::from(word)).wrapping_mul(0x0100_0000_01b3);
+    let start = 0xcbf2_9ce4_8422_2325;
+    match answers {
+        Answers::Nearest(found) => found.iter().fold(start, |hash, (t, row)| mix(mix(hash, t.to_bits()), *row)),
+        Answers::Hidden(hidden) => hidden.iter().fold(start, |hash, hidden| mix(hash, u32::from(*hidden))),
+    }
 }

@@ -7,6 +7,7 @@ mod bih;
 mod check;
 #[expect(unsafe_code, reason = "Embree has a C interface")]
 mod embree;
+mod image;
 #[expect(unsafe_code, reason = "an allocator's functions are unsafe to call")]
 mod memory;
 mod mesh;
@@ -61,6 +62,7 @@ fn run(arguments: &Arguments) -> Result<(), String> {
         "instruction_set": bih_core::simd::instruction_sets()[0].name(),
         "build": bench.build()?,
         "trace": bench.trace()?,
+        "image": bench.image()?,
     });
     write(arguments, &results)
 }

@@ -147,7 +147,7 @@ fn surfaces<'a>(mesh: &'a Mesh, rays: &'a [Ray], found: &'a [Found]) -> impl Ite
     })
 }
 
-fn diagonal(bounds: &Bounds) -> f32 {
+pub fn diagonal(bounds: &Bounds) -> f32 {
     length(subtract(bounds.upper, bounds.lower))
 }
 

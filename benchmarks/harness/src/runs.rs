@@ -1,11 +1,14 @@
 //! The tables: building, and tracing each set of rays.
 
+use std::time::Instant;
+
 use rayon::ThreadPool;
 use serde_json::{Map, Value, json};
 
 use crate::arguments::Arguments;
 use crate::check::compare;
 use crate::embree::Device;
+use crate::image::{Picture, by_bih, by_embree, differing};
 use crate::memory::counted;
 use crate::mesh::Mesh;
 use crate::rays::{self, Found, Kind, Ray};
@@ -112,6 +115,49 @@ impl Bench<'_> {
             table.insert(kind.name().to_owned(), Value::Object(rows));
         }
         Ok(Value::Object(table))
+    }
+
+    /// Seconds from the mesh to a picture, the build counted, and how many pixels differ from the first side's.
+    pub fn image(&self) -> Result<Value, String> {
+        let names = &self.arguments.image;
+        let sides = names.iter().map(|name| self.side(name)).collect::<Result<Vec<_>, _>>()?;
+        let mut table = Map::new();
+        for &samples in &self.arguments.samples {
+            let mut pictures = vec![Picture::new(); sides.len()];
+            let mut failed = None;
+            let clocks = self.rounds().run(sides.len(), |row| {
+                let start = Instant::now();
+                match self.picture(&sides[row], samples) {
+                    Ok(picture) => pictures[row] = picture,
+                    Err(reason) => failed = Some(format!("{}: {reason}", names[row])),
+                }
+                start.elapsed().as_secs_f64()
+            });
+            if let Some(reason) = failed {
+                return Err(reason);
+            }
+            let mut rows = Map::new();
+            for ((name, clock), picture) in names.iter().zip(&clocks).zip(&pictures) {
+                let pixels = differing(picture, &pictures[0]);
+                eprintln!("image {samples:>2} {name:<28} {:9.2} ms  {pixels} pixels differ", 1e3 * clock.median());
+                let mut facts = clock.facts();
+                facts.insert("differing_pixels".to_owned(), json!(pixels));
+                rows.insert(name.clone(), Value::Object(facts));
+            }
+            table.insert(samples.to_string(), Value::Object(rows));
+        }
+        Ok(Value::Object(table))
+    }
+
+    fn picture(&self, side: &Side, samples: u32) -> Result<Picture, String> {
+        match side {
+            Side::Bih(side) => Ok(self.pool.install(|| by_bih(&side.build(self.mesh), &self.mesh.view, samples))),
+            Side::Embree(side) => {
+                let scene = side.build(self.mesh);
+                Ok(self.pool.install(|| by_embree(&scene, self.mesh, samples)))
+            }
+            Side::Obvhs(_) => Err("takes no picture".to_owned()),
+        }
     }
 
     fn rays(&self, kind: Kind, primary: &[Ray], found: &[Found]) -> Vec<Ray> {

@@ -7,4 +7,7 @@ mod packets;
 mod trace;
 
 pub use device::{Device, EmbreeSide};
+pub use flush::Flushed;
+pub use library::Arguments;
 pub use packets::Packet;
+pub use trace::EmbreeScene;

@@ -22,7 +22,8 @@ impl<const N: usize> Packet<N> {
         rays.chunks(N).map(Self::new).collect()
     }
 
-    fn new(rays: &[Ray]) -> Self {
+    /// At most N rays; the rest are not valid.
+    pub fn new(rays: &[Ray]) -> Self {
         let ray = |lane: usize| rays[lane.min(rays.len() - 1)];
         Self {
             origin: std::array::from_fn(|axis| std::array::from_fn(|lane| ray(lane).origin[axis])),
