@@ -79,7 +79,7 @@ impl Child {
         Self(index as u32)
     }
 
-    fn leaf(first: usize, count: usize) -> Self {
+    pub(super) fn leaf(first: usize, count: usize) -> Self {
         debug_assert!((1..=WIDTH).contains(&count) && first <= INDEX_MASK as usize);
         Self(LEAF | (count as u32 - 1) << COUNT_SHIFT | first as u32)
     }
@@ -112,12 +112,16 @@ impl Record {
     /// Bytes of one record.
     pub const BYTES: usize = size_of::<Self>();
 
-    const EMPTY: Self = Self {
+    pub(super) const EMPTY: Self = Self {
         lower: [[f32::INFINITY; WIDTH]; 3],
         upper: [[f32::NEG_INFINITY; WIDTH]; 3],
         children: [Child(0); WIDTH],
         orders: Orders::ONE,
     };
+
+    pub(super) fn children(&self) -> &[Child; WIDTH] {
+        &self.children
+    }
 
     /// The words of all lanes.
     #[inline(always)]
@@ -142,7 +146,7 @@ impl Record {
         Bounds { lower: self.lower.map(|axis| axis[lane]), upper: self.upper.map(|axis| axis[lane]) }
     }
 
-    fn set(&mut self, lane: usize, bounds: &Bounds, child: Child) {
+    pub(super) fn set(&mut self, lane: usize, bounds: &Bounds, child: Child) {
         for axis in 0..3 {
             self.lower[axis][lane] = bounds.lower[axis];
             self.upper[axis][lane] = bounds.upper[axis];
