@@ -133,6 +133,10 @@ impl Record {
         bytemuck::cast_ref(self)
     }
 
+    pub(super) fn children(&self) -> &[Child; WIDTH] {
+        &self.children
+    }
+
     /// The words of all lanes.
     #[inline(always)]
     pub fn words(&self) -> &[u32; WIDTH] {
