@@ -2,12 +2,13 @@
 
 #![expect(unsafe_code, reason = "prefetching takes an address")]
 
-/// Bring all cache lines of `value` near, where the processor can; changes nothing else.
+/// Bring `LINES` cache lines from the item at `index` near, where the processor can; changes nothing else. Nothing need be
+/// there.
 #[inline(always)]
-pub fn prefetch<T>(value: &T) {
+pub fn prefetch<const LINES: usize, T>(items: &[T], index: usize) {
     const LINE: usize = 64;
-    let start = std::ptr::from_ref(value).cast::<i8>();
-    for line in 0..size_of::<T>().div_ceil(LINE) {
+    let start = items.as_ptr().wrapping_add(index).cast::<i8>();
+    for line in 0..LINES {
         let address = start.wrapping_add(line * LINE);
         // SAFETY: a prefetch reads nothing that the program sees and never faults, whatever the address; SSE is part of
         // every x86-64.

@@ -30,19 +30,15 @@ impl SingleRay {
         }
     }
 
-    /// Eight triangles: which of them are met between the ends, and how.
+    /// Eight triangles: which of them are met between the ends, at which t, and the rest.
     #[inline(always)]
-    fn meet_eight<L: Lanes>(&self, scene: &Scene, leaf: Leaf) -> (u8, Meeting<L>) {
-        let meeting = Meeting::<L>::new(&splat(&self.origin), &splat(&self.direction), &scene.vertices(leaf));
-        (meeting.is_inside().bits() & leaf.lanes(), meeting)
-    }
-
-    /// The t of eight triangles, and which of them are between the ends.
-    #[inline(always)]
-    fn within<L: Lanes>(&self, meeting: &Meeting<L>) -> (u8, L) {
+    fn meet_eight<L: Lanes>(&self, scene: &Scene, leaf: Leaf) -> (u8, L, Meeting<L>) {
+        let vertices = scene.vertices(leaf);
+        let meeting = Meeting::<L>::new(&splat(&self.origin), &splat(&self.direction), &vertices);
+        // Dividing all costs less than a branch on whether any is inside.
         let t = meeting.t.over(meeting.size);
         let is_within = L::splat(self.t_min).at_most(t).and(t.at_most(L::splat(self.t_max)));
-        (is_within.bits(), t)
+        (is_within.and(meeting.is_inside()).bits() & leaf.lanes(), t, meeting)
     }
 }
 
@@ -96,12 +92,7 @@ impl Search for FastClosest {
 
     #[inline(always)]
     fn test<L: Lanes>(&mut self, scene: &Scene, leaf: Leaf) -> bool {
-        let (inside, meeting) = self.ray.meet_eight::<L>(scene, leaf);
-        if inside == 0 {
-            return false;
-        }
-        let (within, t) = self.ray.within(&meeting);
-        let within = within & inside;
+        let (within, t, meeting) = self.ray.meet_eight::<L>(scene, leaf);
         if within == 0 {
             return false;
         }
@@ -158,8 +149,7 @@ impl Search for FastOccluded {
 
     #[inline(always)]
     fn test<L: Lanes>(&mut self, scene: &Scene, leaf: Leaf) -> bool {
-        let (inside, meeting) = self.ray.meet_eight::<L>(scene, leaf);
-        self.found = inside != 0 && inside & self.ray.within(&meeting).0 != 0;
+        self.found = self.ray.meet_eight::<L>(scene, leaf).0 != 0;
         self.found
     }
 

@@ -60,8 +60,9 @@ impl Filter {
     /// The triangles of a leaf that may be hit before `limit`.
     #[inline(always)]
     pub(super) fn candidates<L: Lanes>(&self, scene: &Scene, leaf: Leaf, limit: f32) -> u8 {
+        let vertices = scene.vertices(leaf);
         let Meeting { e1, e2, size, u, v, t: above } =
-            Meeting::<L>::new(&splat(&self.origin), &splat(&self.direction), &scene.vertices(leaf));
+            Meeting::<L>::new(&splat(&self.origin), &splat(&self.direction), &vertices);
         let longest = largest(&e1).maximum(largest(&e2));
         let square = longest.times(longest);
         let least = L::splat(LEAST_ERROR);

@@ -4,14 +4,14 @@ use super::fast::{FastClosest, FastOccluded};
 use super::scene::Scene;
 use super::search::Search;
 use super::slab::Slab;
-use super::stack::{Postponed, WideStack, room};
+use super::stack::{WideStack, room};
 use super::watertight::{WatertightClosest, WatertightOccluded};
 use super::wide::walk_slowly;
 use super::{Hit, Stack, Uncounted, closest, occlusion};
 use crate::build::Precision;
 use crate::geometry::{Ray, Triangles};
 use crate::simd::Lanes;
-use crate::tree::{Child, Tree};
+use crate::tree::{Child, Tree, WIDTH};
 
 /// Rays that one thread has in flight: docs/decisions/rays-in-flight.md.
 const RAYS: usize = 32;
@@ -33,28 +33,99 @@ struct Flying<S> {
     number: usize,
     /// What it tests next.
     word: u32,
-    postponed: u32,
+    /// The end of its stack.
+    top: u32,
 }
 
-/// Numbers of rays that wait for the same kind of work.
+/// Which rays wait for the same kind of work.
 struct Queue {
-    rays: [u8; RAYS],
-    len: usize,
+    /// As many as a `u8` can count: no place needs a check.
+    rays: [u8; 256],
+    len: u8,
 }
 
 impl Queue {
-    const EMPTY: Self = Self { rays: [0; RAYS], len: 0 };
+    fn new() -> Self {
+        Self { rays: [0; 256], len: 0 }
+    }
 
     #[inline(always)]
-    fn get(&self, place: usize) -> usize {
-        usize::from(self.rays[place % RAYS]) % RAYS
+    fn get(&self, place: u8) -> usize {
+        usize::from(self.rays[usize::from(place)])
     }
 
     /// Add a ray if `is_wanted`, without a branch.
     #[inline(always)]
     fn add_if(&mut self, is_wanted: bool, ray: usize) {
-        self.rays[self.len % RAYS] = ray as u8;
-        self.len += usize::from(is_wanted);
+        self.rays[usize::from(self.len)] = ray as u8;
+        self.len = self.len.wrapping_add(u8::from(is_wanted));
+    }
+}
+
+/// Rays by what they wait for.
+struct Queues {
+    records: Queue,
+    leaves: Queue,
+    done: Queue,
+}
+
+impl Queues {
+    /// Which of them is not predictable: no branch.
+    #[inline(always)]
+    fn add(&mut self, ray: usize, word: u32) {
+        let (is_leaf, is_done) = (Child::is_leaf(word), word == DONE);
+        self.records.add_if(!is_leaf && !is_done, ray);
+        self.leaves.add_if(is_leaf, ray);
+        self.done.add_if(is_done, ray);
+    }
+}
+
+/// Stands at the bottom of each stack, before any limit: a word that is no child.
+const DONE: u32 = Child::NONE;
+
+/// The stacks of all rays in flight, one behind another.
+struct Stacks {
+    nears: Vec<f32>,
+    words: Vec<u32>,
+    stride: usize,
+}
+
+impl Stacks {
+    fn new(depth: usize) -> Self {
+        let stride = room(depth) + 1;
+        let mut stacks = Self { nears: vec![0.0; RAYS * stride], words: vec![0; RAYS * stride], stride };
+        for ray in 0..RAYS {
+            stacks.nears[ray * stride] = f32::NEG_INFINITY;
+            stacks.words[ray * stride] = DONE;
+        }
+        stacks
+    }
+
+    /// Where the stack of a ray starts to grow.
+    #[inline(always)]
+    fn start(&self, ray: usize) -> u32 {
+        (ray * self.stride) as u32 + 1
+    }
+
+    /// Where the children of a record go.
+    #[inline(always)]
+    fn room(&mut self, top: u32) -> (&mut [f32; WIDTH], &mut [u32; WIDTH]) {
+        let range = top as usize..top as usize + WIDTH;
+        let nears = self.nears.get_mut(range.clone()).and_then(<[f32]>::first_chunk_mut);
+        let words = self.words.get_mut(range).and_then(<[u32]>::first_chunk_mut);
+        nears.zip(words).expect("a stack has room for a step at any depth of its tree")
+    }
+
+    /// The last one that begins before the limit, and the end of what is left; those behind it are dropped.
+    #[inline(always)]
+    fn pop(&self, mut top: u32, limit: f32) -> (u32, u32) {
+        loop {
+            top -= 1;
+            // The lowest entry is before any limit.
+            if self.nears[top as usize] <= limit {
+                return (self.words[top as usize], top);
+            }
+        }
     }
 }
 
@@ -90,6 +161,7 @@ pub fn occluded_in_flight<L: Lanes, R: Rays<bool>>(tree: &Tree, triangles: &Tria
     }
 }
 
+/// Trace all rays.
 #[inline(always)]
 fn fly<L: Lanes, S: Search, R: Rays<S::Answer>>(scene: &Scene, rays: &mut R) {
     if scene.wide.records.is_empty() {
@@ -100,76 +172,49 @@ fn fly<L: Lanes, S: Search, R: Rays<S::Answer>>(scene: &Scene, rays: &mut R) {
     }
     let Some(first) = start::<S, R>(scene, rays) else { return };
     let mut flying = [first; RAYS];
-    let (mut records, mut leaves) = (Queue::EMPTY, Queue::EMPTY);
-    records.add_if(true, 0);
-    while records.len < RAYS {
+    let mut stacks = Stacks::new(scene.wide.depth);
+    let mut queues = Queues { records: Queue::new(), leaves: Queue::new(), done: Queue::new() };
+    flying[0].top = stacks.start(0);
+    queues.records.add_if(true, 0);
+    for (place, slot) in flying.iter_mut().enumerate().skip(1) {
         let Some(ray) = start::<S, R>(scene, rays) else { break };
-        flying[records.len % RAYS] = ray;
-        records.add_if(true, records.len);
+        *slot = Flying { top: stacks.start(place), ..ray };
+        queues.records.add_if(true, place);
     }
-    let stride = room(scene.wide.depth).next_multiple_of(16);
-    let mut nears = vec![0.0; RAYS * stride];
-    let mut words = vec![0; RAYS * stride];
-    while records.len + leaves.len > 0 {
-        let mut next_records = Queue::EMPTY;
-        for place in 0..records.len {
-            let number = records.get(place);
-            let ray = &mut flying[number];
-            let range = number * stride..(number + 1) * stride;
-            let mut stack = Postponed::resumed(&mut nears[range.clone()], &mut words[range], ray.postponed as usize);
+    while queues.records.len | queues.leaves.len > 0 {
+        // A queue is filled again from its start while it is read: no more is added than was read.
+        for place in 0..std::mem::take(&mut queues.records.len) {
+            let number = queues.records.get(place);
+            let ray = &mut flying[number % RAYS];
             let record = scene.record(ray.word);
             let limit = ray.search.limit();
+            // First of all whether there is room: a check in between splits loads from their use.
+            let (nears, words) = stacks.room(ray.top);
             let (near, far) = ray.slab.clip::<L>(record, limit);
-            let (nears, words) = stack.room();
             let count = near.push(far, record.words(), record.order(ray.slab.octant()), nears, words);
-            stack.grow(count);
-            match stack.pop(limit) {
-                Some(word) => {
-                    ray.word = word;
-                    ray.postponed = stack.len() as u32;
-                    scene.prefetch(word);
-                    next_records.add_if(!Child::is_leaf(word), number);
-                    leaves.add_if(Child::is_leaf(word), number);
-                }
-                None => land::<S, R>(scene, rays, ray, &mut next_records, number),
-            }
+            let top = ray.top + count as u32;
+            (ray.word, ray.top) = stacks.pop(top, limit);
+            scene.prefetch(ray.word);
+            queues.add(number, ray.word);
         }
-        let mut next_leaves = Queue::EMPTY;
-        for place in 0..leaves.len {
-            let number = leaves.get(place);
-            let ray = &mut flying[number];
-            let range = number * stride..(number + 1) * stride;
-            let mut stack = Postponed::resumed(&mut nears[range.clone()], &mut words[range], ray.postponed as usize);
+        for place in 0..std::mem::take(&mut queues.leaves.len) {
+            let number = queues.leaves.get(place);
+            let ray = &mut flying[number % RAYS];
             let is_known = ray.search.test::<L>(scene, Scene::leaf(ray.word));
-            let next = if is_known { None } else { stack.pop(ray.search.limit()) };
-            match next {
-                Some(word) => {
-                    ray.word = word;
-                    ray.postponed = stack.len() as u32;
-                    scene.prefetch(word);
-                    next_records.add_if(!Child::is_leaf(word), number);
-                    next_leaves.add_if(Child::is_leaf(word), number);
-                }
-                None => land::<S, R>(scene, rays, ray, &mut next_records, number),
+            let top = if is_known { stacks.start(number) } else { ray.top };
+            (ray.word, ray.top) = stacks.pop(top, ray.search.limit());
+            scene.prefetch(ray.word);
+            queues.add(number, ray.word);
+        }
+        for place in 0..std::mem::take(&mut queues.done.len) {
+            let number = queues.done.get(place);
+            let ray = &mut flying[number % RAYS];
+            rays.answer(ray.number, ray.search.answer(scene));
+            if let Some(next) = start::<S, R>(scene, rays) {
+                *ray = Flying { top: stacks.start(number), ..next };
+                queues.records.add_if(true, number);
             }
         }
-        (records, leaves) = (next_records, next_leaves);
-    }
-}
-
-/// Give the answer of a ray, and let the next one take its place.
-#[inline(always)]
-fn land<S: Search, R: Rays<S::Answer>>(
-    scene: &Scene,
-    rays: &mut R,
-    ray: &mut Flying<S>,
-    records: &mut Queue,
-    number: usize,
-) {
-    rays.answer(ray.number, ray.search.answer(scene));
-    if let Some(next) = start::<S, R>(scene, rays) {
-        *ray = next;
-        records.add_if(true, number);
     }
 }
 
@@ -180,7 +225,7 @@ fn start<S: Search, R: Rays<S::Answer>>(scene: &Scene, rays: &mut R) -> Option<F
         let (number, ray) = rays.next()?;
         let mut search = S::new(&ray, scene);
         if let Some(slab) = search.slab(&ray, scene) {
-            return Some(Flying { slab, search, number, word: 0, postponed: 0 });
+            return Some(Flying { slab, search, number, word: 0, top: 0 });
         }
         walk_slowly::<S, Uncounted>(scene, &mut search, &mut WideStack::default(), &mut Uncounted);
         rays.answer(number, search.answer(scene));

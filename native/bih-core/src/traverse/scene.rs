@@ -8,6 +8,9 @@ use crate::tree::{Child, Record, Target, Tree, WIDTH, Wide};
 /// Numbers from the start of a leaf that whole vectors are read from.
 const ROWS: usize = 9 * WIDTH;
 
+/// Numbers of a record.
+const RECORD: usize = Record::BYTES / size_of::<f32>();
+
 /// A wide tree and its triangles.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Scene<'a> {
@@ -68,11 +71,16 @@ impl<'a> Scene<'a> {
     /// The first, second and third vertices of the triangles of a leaf; lanes without one hold anything.
     #[inline(always)]
     pub(super) fn vertices<L: Lanes>(&self, leaf: Leaf) -> [[L; 3]; 3] {
-        let rows = self.wide.rows.get(9 * leaf.first..).and_then(<[f32]>::first_chunk);
-        match rows {
-            Some(rows) => vertices(rows, leaf.count),
-            None => vertices(&self.gathered(leaf), leaf.count),
-        }
+        let start = 9 * leaf.first;
+        let gathered;
+        let rows = match self.wide.rows.get(start..start + ROWS).and_then(<[f32]>::first_chunk) {
+            Some(rows) => rows,
+            None => {
+                gathered = self.gathered(leaf);
+                &gathered
+            }
+        };
+        vertices(rows, leaf.count)
     }
 
     /// The rows of a leaf at the end, or of a mesh of double precision, whose corners are rounded.
@@ -89,17 +97,14 @@ impl<'a> Scene<'a> {
         rows
     }
 
-    /// Tell the processor what is read next.
+    /// Tell the processor what is read next; without a branch, which could not be predicted.
     #[inline(always)]
     pub(super) fn prefetch(&self, word: u32) {
-        if Child::is_leaf(word) {
-            let leaf = Self::leaf(word);
-            if let Some(rows) = self.wide.rows.get(9 * leaf.first..).and_then(<[f32]>::first_chunk::<ROWS>) {
-                prefetch(rows);
-            }
-        } else if let Some(record) = self.wide.records.get(word as usize) {
-            prefetch(record);
-        }
+        let records: &[f32] = bytemuck::cast_slice(&self.wide.records);
+        let index = Child::index(word);
+        let (numbers, start) =
+            if Child::is_leaf(word) { (&self.wide.rows[..], 9 * index) } else { (records, RECORD * index) };
+        prefetch::<4, _>(numbers, start);
     }
 }
 

@@ -81,12 +81,6 @@ pub(super) struct Postponed<'a> {
 }
 
 impl<'a> Postponed<'a> {
-    /// A stack of this length in these arrays.
-    #[inline(always)]
-    pub(super) fn resumed(nears: &'a mut [f32], words: &'a mut [u32], len: usize) -> Self {
-        Self { nears, words, len }
-    }
-
     /// Where the children of a record go.
     #[inline(always)]
     pub(super) fn room(&mut self) -> (&mut [f32; WIDTH], &mut [u32; WIDTH]) {
@@ -99,11 +93,6 @@ impl<'a> Postponed<'a> {
     #[inline(always)]
     pub(super) fn grow(&mut self, count: usize) {
         self.len += count;
-    }
-
-    #[inline(always)]
-    pub(super) fn len(&self) -> usize {
-        self.len
     }
 
     /// The last one that begins before the limit; those behind it are dropped.

@@ -76,10 +76,19 @@ impl Child {
         Self(LEAF | (count as u32 - 1) << COUNT_SHIFT | first as u32)
     }
 
+    /// A word that is neither a leaf nor a record there can be.
+    pub const NONE: u32 = LEAF - 1 ^ INDEX_MASK;
+
     /// Whether the word stands for a leaf.
     #[inline(always)]
     pub fn is_leaf(word: u32) -> bool {
         word & LEAF != 0
+    }
+
+    /// Of a record, or of the first reference of a leaf.
+    #[inline(always)]
+    pub fn index(word: u32) -> usize {
+        (word & INDEX_MASK) as usize
     }
 
     /// A word of a record.
