@@ -8,8 +8,7 @@ use crate::simd::{Lanes, Mask};
 use crate::traverse::Hit;
 use crate::tree::WIDTH;
 
-/// Where a group has more rays alive than this share of a leaf's triangles, eight rays are tested against a triangle, else
-/// a ray against the triangles.
+/// Of no triangle.
 const NO_PLACE: u32 = u32::MAX;
 
 /// The rays as the boxes see them.
@@ -129,11 +128,15 @@ impl<L: Lanes> Meeting<L> {
         weights.and(self.u.plus(self.v).at_most(self.size)).and(zero.below(self.size))
     }
 
-    /// t, but not before the ray enters the leaf's box: then a box beyond the nearest hit holds no nearer one, whatever
-    /// the order in which boxes are visited.
+    /// t where it is no less than `t_min` and no more than `limit`, and for which lanes that is.
+    ///
+    /// A ray meets no triangle before it enters the leaf's box at `near`, so what rounding put before is moved there: a
+    /// box beyond the nearest hit then holds no nearer one, and the answer does not depend on the order of boxes.
     #[inline(always)]
-    fn t(&self, near: L) -> L {
-        self.above.over(self.size).maximum(near)
+    fn within(&self, t_min: L, limit: L, near: L) -> (L, L::Mask) {
+        let met = self.above.over(self.size);
+        let t = met.maximum(near);
+        (t, t_min.at_most(met).and(t.at_most(limit)))
     }
 }
 
@@ -199,9 +202,9 @@ impl<'a> Closest<'a> {
         if inside.bits() == 0 {
             return false;
         }
-        let t = meeting.t(near);
         let limit = L::load(&limits[group]);
-        let within = t.at_most(limit).and(L::load(&self.columns.t_min[group]).at_most(t)).and(inside);
+        let (t, within) = meeting.within(L::load(&self.columns.t_min[group]), limit, near);
+        let within = within.and(inside);
         let mut nearer = t.below(limit).and(within);
         let equal = within.and_not(nearer).bits();
         if equal != 0 {
@@ -233,9 +236,8 @@ impl<'a> Closest<'a> {
         if inside == 0 {
             return false;
         }
-        let t = meeting.t(L::splat(near));
-        let limit = limits[group][ray];
-        let within = t.at_most(L::splat(limit)).and(L::splat(self.columns.t_min[group][ray]).at_most(t));
+        let t_min = L::splat(self.columns.t_min[group][ray]);
+        let (t, within) = meeting.within(t_min, L::splat(limits[group][ray]), L::splat(near));
         let candidates = within.bits() & inside;
         if candidates == 0 {
             return false;
@@ -388,10 +390,10 @@ impl<L: Lanes> Query<L> for Occluded<'_> {
             for ray in bits(rays) {
                 let (meeting, inside) = one_ray::<L>(self.columns, triangles, leaf, group, ray);
                 if inside != 0 {
-                    let t = meeting.t(L::splat(near[ray]));
-                    let within = t.at_most(L::splat(packet.limits[group][ray]));
-                    let within = within.and(L::splat(self.columns.t_min[group][ray]).at_most(t)).bits() & inside;
-                    hidden |= u8::from(within != 0) << ray;
+                    let t_min = L::splat(self.columns.t_min[group][ray]);
+                    let limit = L::splat(packet.limits[group][ray]);
+                    let (_, within) = meeting.within(t_min, limit, L::splat(near[ray]));
+                    hidden |= u8::from(within.bits() & inside != 0) << ray;
                 }
             }
         } else {
@@ -410,8 +412,8 @@ impl<L: Lanes> Query<L> for Occluded<'_> {
                 if inside.bits() == 0 {
                     continue;
                 }
-                let t = meeting.t(near);
-                let within = t.at_most(limits).and(t_min.at_most(t)).and(inside);
+                let (_, within) = meeting.within(t_min, limits, near);
+                let within = within.and(inside);
                 hidden |= within.bits();
                 alive = alive.and_not(within);
                 if alive.bits() == 0 {
