@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use bih_core::build::{Layout, Precision};
 use bih_core::simd::{FloatEnvironment, Kernel, Lanes, dispatch};
-use bih_core::traverse::{Limits, RayBatch, Stack, Uncounted, closest, occluded};
+use bih_core::traverse::{Hits, Limits, RayBatch, Stack, Uncounted, Vectors, closest, occluded};
 use bih_core::{BuildOptions, Control, Hit, Tree, Triangles, build};
 use rayon::prelude::*;
 use serde_json::{Map, Value, json};
@@ -29,6 +29,8 @@ impl BihSide {
                 "classic" => options.layout = Layout::Classic,
                 "wide" => options.layout = Layout::Wide,
                 "fast" => options.precision = Precision::Fast,
+                "presort" => options.presort = Some(true),
+                "inplace" => options.presort = Some(false),
                 "watertight" => options.precision = Precision::Watertight,
                 _ => match word.strip_prefix("leaf").map(str::parse) {
                     Some(Ok(size)) => options.leaf_size = Some(size),
@@ -64,13 +66,17 @@ impl Structure for BihTree<'_> {
             };
             (start.elapsed().as_secs_f64(), Answers::Hidden(hidden))
         } else {
-            let hits = if is_single {
-                self.each::<Nearest>(&rays.rays)
-            } else {
-                batch(rays).closest(&self.tree, &self.triangles, &control).expect("nothing cancels it")
-            };
+            if is_single {
+                let hits = self.each::<Nearest>(&rays.rays);
+                let seconds = start.elapsed().as_secs_f64();
+                return (seconds, Answers::Nearest(hits.into_iter().map(found).collect()));
+            }
+            let hits: Hits<f32> =
+                batch(rays).closest(&self.tree, &self.triangles, &control).expect("nothing cancels it");
             let seconds = start.elapsed().as_secs_f64();
-            (seconds, Answers::Nearest(hits.into_iter().map(found).collect()))
+            // A miss is row -1 there, the largest row here.
+            let found = hits.t.into_iter().zip(hits.triangle.iter().map(|row| row.cast_unsigned()));
+            (seconds, Answers::Nearest(found.collect()))
         }
     }
 
@@ -102,8 +108,8 @@ impl Structure for BihTree<'_> {
 fn batch(rays: &RaySet) -> RayBatch<'_> {
     let doubles = &rays.doubles;
     RayBatch {
-        origins: &doubles.origins,
-        directions: &doubles.directions,
+        origins: Vectors::F64(&doubles.origins),
+        directions: Vectors::F64(&doubles.directions),
         t_min: Limits::All(0.0),
         t_max: Limits::Each(&doubles.t_max),
     }

@@ -35,6 +35,7 @@ pub fn by_bih(built: &BihTree, view: &View, samples: u32) -> Picture {
         seed: 0,
         lighting: Lighting { lights: vec![light], shadows: true },
         combined: true,
+        cost: false,
     };
     let passes = render(&built.tree, &built.triangles, &camera, &options, &Control::default());
     passes.expect("nothing cancels it").pixels.into_iter().map(|pixel| pixel.combined[0]).collect()
