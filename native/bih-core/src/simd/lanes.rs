@@ -16,6 +16,8 @@ pub trait Mask: Copy {
 pub trait Lanes: Copy {
     /// Which lanes.
     type Mask: Mask;
+    /// The lanes whose bits are set.
+    fn mask(bits: u8) -> Self::Mask;
     /// The same number in each lane.
     fn splat(x: f32) -> Self;
     /// From memory of any alignment.
@@ -46,23 +48,35 @@ pub trait Lanes: Copy {
     fn below(self, other: Self) -> Self::Mask;
     /// `self` where the mask holds, `other` elsewhere.
     fn select(self, mask: Self::Mask, other: Self) -> Self;
-    /// The smallest of the eight; none is NaN.
+    /// The smallest of the eight; none is NaN. Lane i with i + 4, then with i + 2, then with i + 1, by `minimum`: so
+    /// which of two zeros it is is the same everywhere.
     fn smallest(self) -> f32;
-    /// The largest of the eight; none is NaN.
+    /// The largest of the eight; none is NaN. As `smallest`, by `maximum`.
     fn largest(self) -> f32;
     /// What a stack is given: of the lanes in `order` (eight numbers of four bits, the first in the lowest) those with
-    /// `self <= far`, their `self` and their word. The arrays behind the last one hold anything. Answers how many.
-    fn push(self, far: Self, words: &[u32; 8], order: u32, nears: &mut [f32; 8], pushed: &mut [u32; 8]) -> usize;
-    /// The same, and the word of the last one, which need not be read back: anything where there is none.
-    fn push_last(
-        self,
-        far: Self,
-        words: &[u32; 8],
-        order: u32,
-        nears: &mut [f32; 8],
-        pushed: &mut [u32; 8],
-    ) -> (usize, u32);
+    /// `self <= far`, their `self` and their word. The arrays behind the last one hold anything. Answers which of the places
+    /// in the order those are, one bit each, the first the lowest.
+    fn push(self, far: Self, words: &[u32; 8], order: u32, nears: &mut [f32; 8], pushed: &mut [u32; 8]) -> u8;
 }
+
+/// The lanes whose bits are set, first to last, as bytes: for instruction sets that cannot compress.
+#[cfg_attr(not(any(target_arch = "x86_64", target_arch = "aarch64")), expect(dead_code, reason = "no vector lanes"))]
+pub(super) static SET_BITS: [u64; 256] = {
+    let mut table = [0; 256];
+    let mut mask = 0;
+    while mask < 256 {
+        let (mut lane, mut count) = (0, 0);
+        while lane < 8 {
+            if mask >> lane & 1 != 0 {
+                table[mask] |= (lane as u64) << (8 * count);
+                count += 1;
+            }
+            lane += 1;
+        }
+        mask += 1;
+    }
+    table
+};
 
 /// Without any vector instruction: kept for ever, as what the others are tested against.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -77,6 +91,12 @@ impl Scalar {
     #[inline(always)]
     fn mask(self, other: Self, compare: impl Fn(&f32, &f32) -> bool) -> u8 {
         (0..8).fold(0, |mask, i| mask | u8::from(compare(&self.0[i], &other.0[i])) << i)
+    }
+
+    #[inline(always)]
+    fn halved(self, combine: impl Fn(f32, f32) -> f32) -> f32 {
+        let four: [f32; 4] = std::array::from_fn(|i| combine(self.0[i], self.0[i + 4]));
+        combine(combine(four[0], four[2]), combine(four[1], four[3]))
     }
 }
 
@@ -101,6 +121,10 @@ impl Mask for u8 {
 
 impl Lanes for Scalar {
     type Mask = u8;
+    #[inline(always)]
+    fn mask(bits: u8) -> u8 {
+        bits
+    }
     #[inline(always)]
     fn splat(x: f32) -> Self {
         Self([x; 8])
@@ -163,36 +187,25 @@ impl Lanes for Scalar {
     }
     #[inline(always)]
     fn smallest(self) -> f32 {
-        self.0.iter().fold(f32::INFINITY, |least, &x| least.min(x))
+        self.halved(|a, b| if a < b { a } else { b })
     }
     #[inline(always)]
     fn largest(self) -> f32 {
-        self.0.iter().fold(f32::NEG_INFINITY, |most, &x| most.max(x))
+        self.halved(|a, b| if a > b { a } else { b })
     }
     #[inline(always)]
-    fn push(self, far: Self, words: &[u32; 8], order: u32, nears: &mut [f32; 8], pushed: &mut [u32; 8]) -> usize {
-        let mut count = 0;
+    fn push(self, far: Self, words: &[u32; 8], order: u32, nears: &mut [f32; 8], pushed: &mut [u32; 8]) -> u8 {
+        let (mut count, mut places) = (0, 0);
         for place in 0..8 {
             let lane = (order >> (4 * place) & 7) as usize;
             if self.0[lane] <= far.0[lane] {
                 nears[count] = self.0[lane];
                 pushed[count] = words[lane];
                 count += 1;
+                places |= 1 << place;
             }
         }
-        count
-    }
-    #[inline(always)]
-    fn push_last(
-        self,
-        far: Self,
-        words: &[u32; 8],
-        order: u32,
-        nears: &mut [f32; 8],
-        pushed: &mut [u32; 8],
-    ) -> (usize, u32) {
-        let count = self.push(far, words, order, nears, pushed);
-        (count, pushed[count.saturating_sub(1)])
+        places
     }
 }
 
@@ -234,12 +247,19 @@ mod tests {
                 let masks = [most, less, most.and(less), most.or(less), most.and_not(less)];
                 bits.extend(masks.map(|mask| u32::from(mask.bits())));
                 bits.extend(a.select(less, b).store().map(canonical));
+                let given = L::mask(0b1011_0010u8.rotate_left(shift as u32));
+                bits.push(u32::from(given.bits()));
+                bits.extend(a.select(given.and(most), b).store().map(canonical));
                 let finite = L::load(&turned.map(|x| if x.is_nan() { 7.0 } else { x }));
-                bits.extend([finite.smallest(), finite.largest()].map(f32::to_bits));
+                let zeros = L::load(&turned.map(|x| if x > 0.0 { 0.0 } else { -0.0 }));
+                for lanes in [finite, zeros] {
+                    bits.extend([lanes.smallest(), lanes.largest()].map(f32::to_bits));
+                }
                 for order in [0x7654_3210, 0x0123_4567, 0x2706_1435u32.rotate_left(4 * shift as u32)] {
                     let (mut nears, mut pushed) = ([0.0; 8], [0; 8]);
-                    let count = a.push(b, &[10, 11, 12, 13, 14, 15, 16, 17], order, &mut nears, &mut pushed);
-                    bits.push(count as u32);
+                    let places = a.push(b, &[10, 11, 12, 13, 14, 15, 16, 17], order, &mut nears, &mut pushed);
+                    bits.push(u32::from(places));
+                    let count = places.count_ones() as usize;
                     bits.extend(nears[..count].iter().map(|x| x.to_bits()));
                     bits.extend(&pushed[..count]);
                 }

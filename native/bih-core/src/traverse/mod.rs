@@ -9,6 +9,8 @@ mod flight;
 mod interval;
 mod naive;
 mod occlusion;
+pub mod packet;
+mod postponed;
 mod scene;
 mod search;
 mod single;

@@ -22,8 +22,8 @@ pub(super) trait Search: Copy {
     /// Past this nothing matters.
     fn limit(&self) -> f32;
 
-    /// Test the triangles of a leaf. Whether the answer is known now.
-    fn test<L: Lanes>(&mut self, scene: &Scene, leaf: Leaf) -> bool;
+    /// Test the triangles of a leaf, whose box the ray enters at `near`. Whether the answer is known now.
+    fn test<L: Lanes>(&mut self, scene: &Scene, leaf: Leaf, near: f32) -> bool;
 
     /// What was found.
     fn answer(&self, scene: &Scene) -> Self::Answer;

@@ -62,7 +62,7 @@ impl Search for WatertightClosest {
     }
 
     #[inline(always)]
-    fn test<L: Lanes>(&mut self, scene: &Scene, leaf: Leaf) -> bool {
+    fn test<L: Lanes>(&mut self, scene: &Scene, leaf: Leaf, _: f32) -> bool {
         for lane in bits(candidates::<L>(&self.filter, scene, leaf, self.limit)) {
             self.nearest.offer(scene.row(leaf.first + lane), scene.corners(leaf, lane));
             self.limit = single(self.nearest.limit());
@@ -110,7 +110,7 @@ impl Search for WatertightOccluded {
     }
 
     #[inline(always)]
-    fn test<L: Lanes>(&mut self, scene: &Scene, leaf: Leaf) -> bool {
+    fn test<L: Lanes>(&mut self, scene: &Scene, leaf: Leaf, _: f32) -> bool {
         for lane in bits(candidates::<L>(&self.filter, scene, leaf, self.limit)) {
             if distance_within(&self.ray, &self.test, &scene.corners(leaf, lane)).is_some() {
                 self.found = true;

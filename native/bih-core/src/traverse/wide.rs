@@ -2,10 +2,10 @@
 
 use super::Counter;
 use super::interval::Crossing;
+use super::postponed::{DONE, Postponed};
 use super::scene::Scene;
 use super::search::Search;
 use super::slab::Slab;
-use super::stack::WideStack;
 use crate::geometry::{Ray, round_down};
 use crate::simd::{Lanes, Scalar};
 use crate::tree::{Child, Record, WIDTH};
@@ -15,7 +15,7 @@ use crate::tree::{Child, Record, WIDTH};
 pub(super) fn search<L: Lanes, S: Search, C: Counter>(
     scene: &Scene,
     ray: &Ray,
-    stack: &mut WideStack,
+    stack: &mut Postponed,
     counter: &mut C,
 ) -> S::Answer {
     let mut search = S::new(ray, scene);
@@ -33,31 +33,29 @@ fn walk<L: Lanes, S: Search, C: Counter>(
     scene: &Scene,
     slab: &Slab,
     search: &mut S,
-    stack: &mut WideStack,
+    stack: &mut Postponed,
     counter: &mut C,
 ) {
-    let mut stack = stack.emptied(scene.wide.depth);
+    stack.reserve(scene.wide.depth);
     let mut limit = search.limit();
-    let mut word = 0;
-    loop {
+    let (mut word, mut end) = (0, stack.start(0));
+    while word != DONE {
         counter.visit_node();
         if Child::is_leaf(word) {
             let leaf = Scene::leaf(word);
             counter.test_triangles(leaf.count);
-            if search.test::<L>(scene, leaf) {
+            if search.test::<L>(scene, leaf, stack.near(end)) {
                 return;
             }
             limit = search.limit();
+            (word, end) = stack.pop(end, limit);
         } else {
             let record = scene.record(word);
+            let order = record.order(slab.octant());
+            let (nears, words) = stack.room(end);
             let (near, far) = slab.clip::<L>(record, limit);
-            let (nears, words) = stack.room();
-            let count = near.push(far, record.words(), record.order(slab.octant()), nears, words);
-            stack.grow(count);
-        }
-        match stack.pop(limit) {
-            Some(next) => word = next,
-            None => return,
+            let places = near.push(far, record.words(), order, nears, words);
+            (word, end) = stack.next(end, places, record.last(order, places), limit);
         }
     }
 }
@@ -69,31 +67,27 @@ fn walk<L: Lanes, S: Search, C: Counter>(
 pub(super) fn walk_slowly<S: Search, C: Counter>(
     scene: &Scene,
     search: &mut S,
-    stack: &mut WideStack,
+    stack: &mut Postponed,
     counter: &mut C,
 ) {
     let ray = search.ray();
     let crossing = Crossing::new(&ray);
-    let mut stack = stack.emptied(scene.wide.depth);
-    let mut word = 0;
-    loop {
+    stack.reserve(scene.wide.depth);
+    let (mut word, mut end) = (0, stack.start(0));
+    while word != DONE {
         counter.visit_node();
         if Child::is_leaf(word) {
             let leaf = Scene::leaf(word);
             counter.test_triangles(leaf.count);
-            if search.test::<Scalar>(scene, leaf) {
+            if search.test::<Scalar>(scene, leaf, stack.near(end)) {
                 return;
             }
         } else {
             let record = scene.record(word);
-            let (nears, words) = stack.room();
-            let count = push_slowly(&crossing, &ray, search.limit(), record, nears, words);
-            stack.grow(count);
+            let (nears, words) = stack.room(end);
+            end += push_slowly(&crossing, &ray, search.limit(), record, nears, words);
         }
-        match stack.pop(search.limit()) {
-            Some(next) => word = next,
-            None => return,
-        }
+        (word, end) = stack.pop(end, search.limit());
     }
 }
 
@@ -104,9 +98,9 @@ fn push_slowly(
     record: &Record,
     nears: &mut [f32; WIDTH],
     words: &mut [u32; WIDTH],
-) -> usize {
+) -> u32 {
     let order = record.order(crossing.octant());
-    let mut count = 0;
+    let mut count = 0usize;
     for place in 0..WIDTH {
         let lane = (order >> (4 * place) & 7) as usize;
         let bounds = record.bounds(lane);
@@ -117,5 +111,5 @@ fn push_slowly(
             count += 1;
         }
     }
-    count
+    count as u32
 }
