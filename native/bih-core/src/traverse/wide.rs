@@ -1,5 +1,7 @@
 //! One ray at a time through wide records.
 
+use std::hint::select_unpredictable;
+
 use super::Counter;
 use super::interval::Crossing;
 use super::postponed::{DONE, Postponed};
@@ -55,7 +57,11 @@ fn walk<L: Lanes, S: Search, C: Counter>(
             let (nears, words) = stack.room(end);
             let (near, far) = slab.clip::<L>(record, limit);
             let places = near.push(far, record.words(), order, nears, words);
-            (word, end) = stack.next(end, places, record.last(order, places), limit);
+            let nearest = record.last(order, places);
+            // Memory is asked for the second while the nearest is walked.
+            let others = places & !(1 << (places | 1).ilog2());
+            scene.prefetch(select_unpredictable(others != 0, record.last(order, others), 0));
+            (word, end) = stack.next(end, places, nearest, limit);
         }
     }
 }
