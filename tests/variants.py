@@ -35,4 +35,12 @@ VARIANTS = (
     Variant("wide-leaf-3", {"layout": "wide", "leaf_size": 3, "threads": 3}),
 )
 
+# Their answers are float32's: they have tests of their own, and those that compare them with themselves.
+FAST_VARIANTS = (
+    Variant("fast", {"layout": "wide", "precision": "fast"}),
+    Variant("fast-leaf-3", {"layout": "wide", "precision": "fast", "leaf_size": 3, "threads": 3}),
+    Variant("fast-classic", {"layout": "classic", "precision": "fast"}),
+)
+
 every_tree = pytest.mark.parametrize("variant", VARIANTS, ids=str)
+every_fast_tree = pytest.mark.parametrize("variant", FAST_VARIANTS, ids=str)

@@ -27,7 +27,6 @@ BOX = meshes.box()
         ("heuristic", "sah"),
         ("heuristic", "local"),
         ("heuristic", "none"),
-        ("precision", "fast"),
         ("precision", "exact"),
         ("precision", "double"),
         ("leaf_size", 0),

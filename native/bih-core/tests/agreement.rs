@@ -247,6 +247,24 @@ fn aimed_at_edges() {
     agree(&Triangles::new(Vertices::F32(&soup), None).unwrap(), 4, &rays);
 }
 
+/// What is infinite or zero once it is rounded to single precision.
+#[test]
+fn rays_beyond_single_precision() {
+    let soup: Vec<_> = (0..300).map(|i| [(i % 7) as f32, (i % 11) as f32, (i % 13) as f32]).collect();
+    let mut rays = Vec::new();
+    for size in [1e300, -1e300, 1e39, 3e38, 1e-39, 1e-46, 1e-300, 5e-324] {
+        for axis in 0..3 {
+            let mut direction = [0.0; 3];
+            direction[axis] = size;
+            rays.push(Ray::new([1.0, 2.0, 3.0], direction));
+            direction[(axis + 1) % 3] = 1.0;
+            rays.push(Ray::new([1.0, 2.0, 3.0], direction));
+            rays.push(Ray::new(direction, [-1.0, -2.0, 3.0]));
+        }
+    }
+    agree(&Triangles::new(Vertices::F32(&soup), None).unwrap(), 2, &rays);
+}
+
 /// Where nothing is degenerate, single precision leaves out nothing that it would find.
 #[test]
 fn fast_finds_what_all_triangles_one_after_another_give() {

@@ -121,10 +121,11 @@ impl Slab {
         })
     }
 
-    /// The same for a ray that is all of single precision.
+    /// The same for a ray that is all of single precision. An infinite direction says nothing of any box, and so would find
+    /// a child in every lane.
     #[inline(always)]
     pub(super) fn single(ray: &SingleRay, scene: &Scene) -> Option<Self> {
-        let is_near = ray.origin.iter().all(|x| x.abs() < RANGE);
+        let is_near = ray.origin.iter().all(|x| x.abs() < RANGE) && ray.direction.iter().all(|x| x.is_finite());
         if !(ray.t_min >= 0.0 && is_near && scene.is_small) {
             return None;
         }

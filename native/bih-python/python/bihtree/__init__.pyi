@@ -52,7 +52,7 @@ class Hits:
     @property
     def t(self) -> NDArray[np.floating]:
         """(N,) distance along the ray; inf where nothing was hit. Within one unit in the last place of the true value
-        in float32, within 2^-40 of it, relatively, in float64."""
+        in float32, within 2^-40 of it, relatively, in float64; no such promise where precision is "fast"."""
 
     @property
     def triangle(self) -> NDArray[np.int32]:
@@ -158,7 +158,7 @@ class Tree:
         build: Literal["eager"] = "eager",
         heuristic: Literal["global"] = "global",
         presort: Literal[False] | None = None,
-        precision: Literal["watertight"] = "watertight",
+        precision: Literal["watertight", "fast"] = "watertight",
         leaf_size: int | None = None,
         threads: int = 0,
         copy: bool = True,
@@ -171,8 +171,9 @@ class Tree:
         triangles: (T, 3) integer rows of vertices; None: each three vertices are one triangle.
         layout: "classic" are the paper's 12-byte nodes, smallest; "wide" are records of eight boxes for vector units,
             which trace two to five times as fast in about four times the memory (docs/decisions/wide-records.md).
-        structure, build, heuristic, precision: what this version has; "global" halves the longest side of the cell,
-            "watertight" decides every hit exactly.
+        structure, build, heuristic: what this version has; "global" halves the longest side of the cell.
+        precision: "watertight" decides every hit exactly; "fast" is single precision throughout, for previews: rays may
+            slip through edges, and docs/accuracy.md says what else may happen.
         presort: the bucket sort; this version has none.
         leaf_size: most triangles of a leaf; None: 4, or 8 of wide records, which hold no more.
         threads: of the queries; 0: all cores this process may use.
