@@ -92,7 +92,7 @@ impl<A> Rays<A> for InFlight<'_, A> {
 }
 
 fn agree(triangles: &Triangles, leaf_size: usize, rays: &[Ray]) {
-    for layout in [Layout::Classic, Layout::Wide] {
+    for layout in [Layout::Classic, Layout::Wide, Layout::Compact] {
         for precision in [Precision::Watertight, Precision::Fast] {
             let tree = build_tree(triangles, layout, precision, leaf_size);
             for set in instruction_sets() {
@@ -258,7 +258,7 @@ fn fast_finds_what_all_triangles_one_after_another_give() {
     let double: Vec<_> = soup.iter().map(|corner| corner.map(f64::from)).collect();
     for vertices in [Vertices::F32(&soup), Vertices::F64(&double)] {
         let triangles = Triangles::new(vertices, None).unwrap();
-        for layout in [Layout::Classic, Layout::Wide] {
+        for layout in [Layout::Classic, Layout::Wide, Layout::Compact] {
             let tree = build_tree(&triangles, layout, Precision::Fast, 8);
             let mut stack = Stack::default();
             let mut hits = 0;

@@ -25,7 +25,7 @@ use crate::control::Control;
 use crate::error::Error;
 use crate::geometry::Triangles;
 use crate::simd::FloatEnvironment;
-use crate::tree::{Node, Record, Stats, Tree, WIDTH, Wide};
+use crate::tree::{CompactRecord, Node, Record, Stats, Tree, WIDTH, Wide};
 
 /// What a person can choose about the construction.
 #[derive(Debug, Clone, Copy, Default)]
@@ -48,6 +48,8 @@ pub enum Layout {
     Classic,
     /// Records of eight boxes, several levels of the tree in one.
     Wide,
+    /// The same with quantised boxes, and the vertices in the caller's arrays only.
+    Compact,
 }
 
 /// How a ray is tested against a triangle.
@@ -65,7 +67,7 @@ impl Layout {
     fn limit(self) -> usize {
         match self {
             Self::Classic => Triangles::LIMIT,
-            Self::Wide => Wide::LIMIT,
+            Self::Wide | Self::Compact => Wide::LIMIT,
         }
     }
 }
@@ -82,7 +84,8 @@ pub const DEFAULT_WIDE_LEAF_SIZE: usize = 8;
 pub fn bound_bytes(options: &BuildOptions, triangles: &Triangles) -> usize {
     match options.layout {
         Layout::Classic => classic_bound(triangles.len()),
-        Layout::Wide => wide_bound(triangles.len(), has_rows(options, triangles)),
+        Layout::Wide => records_bound(triangles.len(), Record::BYTES, has_rows(options, triangles)),
+        Layout::Compact => records_bound(triangles.len(), CompactRecord::BYTES, false),
     }
 }
 
@@ -93,12 +96,12 @@ fn has_rows(options: &BuildOptions, triangles: &Triangles) -> bool {
 
 /// A record has two children or more, and each record but the root is a child: of l leaves there are at most l − 1
 /// records, or one for a single leaf.
-fn wide_bound(triangles: usize, has_rows: bool) -> usize {
+fn records_bound(triangles: usize, record_bytes: usize, has_rows: bool) -> usize {
     if triangles == 0 {
         return 0;
     }
     let rows = if has_rows { (9 * triangles + WIDTH) * size_of::<f32>() } else { 0 };
-    Record::BYTES * (triangles - 1).max(1) + rows + size_of::<u32>() * triangles
+    record_bytes * (triangles - 1).max(1) + rows + size_of::<u32>() * triangles
 }
 
 fn classic_bound(triangles: usize) -> usize {
@@ -115,7 +118,7 @@ pub fn build(triangles: &Triangles, options: &BuildOptions, control: &Control) -
     let _standard = FloatEnvironment::standard();
     let leaf_size = match options.layout {
         Layout::Classic => options.leaf_size.unwrap_or(DEFAULT_LEAF_SIZE).max(1),
-        Layout::Wide => options.leaf_size.unwrap_or(DEFAULT_WIDE_LEAF_SIZE).clamp(1, WIDTH),
+        Layout::Wide | Layout::Compact => options.leaf_size.unwrap_or(DEFAULT_WIDE_LEAF_SIZE).clamp(1, WIDTH),
     };
     let extent = Extent::of(triangles, control)?;
     let references = triangles.len() - extent.rejected.len();
@@ -147,7 +150,7 @@ pub fn build(triangles: &Triangles, options: &BuildOptions, control: &Control) -
                 (leaves, depth, node_count, peak) = (built.leaves, built.depth, built.nodes.len(), built.peak_bytes);
                 nodes = built.nodes;
             }
-            Layout::Wide => {
+            Layout::Wide | Layout::Compact => {
                 let frame = Frame { split, emission: WideRecords, triangles, leaf_size, control };
                 let built = frame.construct(&mut items, state, places)?;
                 (leaves, depth, peak) = (built.leaves, built.depth, built.peak_bytes);
@@ -155,10 +158,19 @@ pub fn build(triangles: &Triangles, options: &BuildOptions, control: &Control) -
                 wide = Some(Wide { records: built.records, rows, depth });
             }
         }
-    } else if options.layout == Layout::Wide {
+    } else if options.layout != Layout::Classic {
         wide = Some(Wide { records: Vec::new(), rows, depth: 0 });
     }
-    let layout_bytes = wide.as_ref().map_or(nodes.len() * Node::BYTES, Wide::bytes);
+    let compact = wide.as_ref().filter(|_| options.layout == Layout::Compact).map(Wide::<CompactRecord>::new);
+    if let Some(compact) = &compact {
+        peak += compact.bytes();
+        wide = None;
+    }
+    let layout_bytes = match (&wide, &compact) {
+        (Some(wide), _) => wide.bytes(),
+        (_, Some(compact)) => compact.bytes(),
+        _ => nodes.len() * Node::BYTES,
+    };
     let tree_bytes = layout_bytes + order.len() * size_of::<u32>();
     let stats = Stats {
         triangles: triangles.len(),
@@ -175,6 +187,7 @@ pub fn build(triangles: &Triangles, options: &BuildOptions, control: &Control) -
     Ok(Tree {
         nodes,
         wide,
+        compact,
         order,
         rejected: extent.rejected.len(),
         bounds: extent.bounds(),

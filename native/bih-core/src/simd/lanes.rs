@@ -22,6 +22,8 @@ pub trait Lanes: Copy {
     fn splat(x: f32) -> Self;
     /// From memory of any alignment.
     fn load(values: &[f32; 8]) -> Self;
+    /// Whole numbers from 0 to 255.
+    fn from_bytes(bytes: &[u8; 8]) -> Self;
     /// To memory.
     fn store(self) -> [f32; 8];
     /// self + other
@@ -131,6 +133,10 @@ impl Lanes for Scalar {
     #[inline(always)]
     fn load(values: &[f32; 8]) -> Self {
         Self(*values)
+    }
+    #[inline(always)]
+    fn from_bytes(bytes: &[u8; 8]) -> Self {
+        Self(bytes.map(f32::from))
     }
     #[inline(always)]
     fn store(self) -> [f32; 8] {

@@ -74,6 +74,15 @@ impl Lanes for Neon {
         unsafe { Self(vld1q_f32(low), vld1q_f32(high)) }
     }
     #[inline(always)]
+    fn from_bytes(bytes: &[u8; 8]) -> Self {
+        // SAFETY: as in `splat`; the reference is to the eight bytes that are read.
+        unsafe {
+            let wide = vmovl_u8(vld1_u8(bytes.as_ptr()));
+            let low = vcvtq_f32_u32(vmovl_u16(vget_low_u16(wide)));
+            Self(low, vcvtq_f32_u32(vmovl_u16(vget_high_u16(wide))))
+        }
+    }
+    #[inline(always)]
     fn store(self) -> [f32; 8] {
         let mut values = [0.0; 8];
         // SAFETY: as in `splat`.

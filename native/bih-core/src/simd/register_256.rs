@@ -62,6 +62,12 @@ macro_rules! numbers_in_256_bits {
             Self(unsafe { _mm256_loadu_ps(values.as_ptr()) })
         }
         #[inline(always)]
+        fn from_bytes(bytes: &[u8; 8]) -> Self {
+            let bytes = i64::from_le_bytes(*bytes);
+            // SAFETY: inside `run`.
+            Self(unsafe { _mm256_cvtepi32_ps(_mm256_cvtepu8_epi32(_mm_cvtsi64_si128(bytes))) })
+        }
+        #[inline(always)]
         fn store(self) -> [f32; 8] {
             let mut values = [0.0; 8];
             // SAFETY: inside `run`; the array has room for the eight numbers that are written, at any alignment.

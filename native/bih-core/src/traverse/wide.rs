@@ -2,18 +2,18 @@
 
 use super::Counter;
 use super::interval::Crossing;
-use super::scene::Scene;
+use super::scene::{Leaf, Scene};
 use super::search::Search;
 use super::slab::Slab;
 use super::stack::WideStack;
 use crate::geometry::{Ray, round_down};
 use crate::simd::{Lanes, Scalar};
-use crate::tree::{Child, Record, WIDTH};
+use crate::tree::{Child, Packed, Record, WIDTH};
 
 /// The answer for one valid ray.
 #[inline(always)]
-pub(super) fn search<L: Lanes, S: Search, C: Counter>(
-    scene: &Scene,
+pub(super) fn search<L: Lanes, S: Search, C: Counter, R: Packed>(
+    scene: &Scene<R>,
     ray: &Ray,
     stack: &mut WideStack,
     counter: &mut C,
@@ -21,38 +21,42 @@ pub(super) fn search<L: Lanes, S: Search, C: Counter>(
     let mut search = S::new(ray, scene);
     if !scene.wide.records.is_empty() {
         match search.slab(ray, scene) {
-            Some(slab) => walk::<L, S, C>(scene, &slab, &mut search, stack, counter),
-            None => walk_slowly::<S, C>(scene, &mut search, stack, counter),
+            Some(slab) => walk::<L, S, C, R>(scene, &slab, &mut search, stack, counter),
+            None => walk_slowly::<S, C, R>(scene, &mut search, stack, counter),
         }
     }
     search.answer(scene)
 }
 
 #[inline(always)]
-fn walk<L: Lanes, S: Search, C: Counter>(
-    scene: &Scene,
+fn walk<L: Lanes, S: Search, C: Counter, R: Packed>(
+    scene: &Scene<R>,
     slab: &Slab,
     search: &mut S,
     stack: &mut WideStack,
     counter: &mut C,
 ) {
     let mut stack = stack.emptied(scene.wide.depth);
+    let mut space = Record::EMPTY;
     let mut limit = search.limit();
     let mut word = 0;
     loop {
         counter.visit_node();
         if Child::is_leaf(word) {
-            let leaf = Scene::leaf(word);
+            let leaf = Leaf::new(word);
             counter.test_triangles(leaf.count);
-            if search.test::<L>(scene, leaf) {
+            if search.test::<L, R>(scene, leaf) {
                 return;
             }
             limit = search.limit();
         } else {
-            let record = scene.record(word);
+            let record = scene.record::<L>(word, &mut space);
             let (near, far) = slab.clip::<L>(record, limit);
             let (nears, words) = stack.room();
             let count = near.push(far, record.words(), record.order(slab.octant()), nears, words);
+            if !R::IS_ORDERED {
+                sort(nears, words, count);
+            }
             stack.grow(count);
         }
         match stack.pop(limit) {
@@ -66,8 +70,8 @@ fn walk<L: Lanes, S: Search, C: Counter>(
 /// function of its own, so it uses the lanes of no instruction set.
 #[cold]
 #[inline(never)]
-pub(super) fn walk_slowly<S: Search, C: Counter>(
-    scene: &Scene,
+pub(super) fn walk_slowly<S: Search, C: Counter, R: Packed>(
+    scene: &Scene<R>,
     search: &mut S,
     stack: &mut WideStack,
     counter: &mut C,
@@ -75,17 +79,18 @@ pub(super) fn walk_slowly<S: Search, C: Counter>(
     let ray = search.ray();
     let crossing = Crossing::new(&ray);
     let mut stack = stack.emptied(scene.wide.depth);
+    let mut space = Record::EMPTY;
     let mut word = 0;
     loop {
         counter.visit_node();
         if Child::is_leaf(word) {
-            let leaf = Scene::leaf(word);
+            let leaf = Leaf::new(word);
             counter.test_triangles(leaf.count);
-            if search.test::<Scalar>(scene, leaf) {
+            if search.test::<Scalar, R>(scene, leaf) {
                 return;
             }
         } else {
-            let record = scene.record(word);
+            let record = scene.record::<Scalar>(word, &mut space);
             let (nears, words) = stack.room();
             let count = push_slowly(&crossing, &ray, search.limit(), record, nears, words);
             stack.grow(count);
@@ -93,6 +98,19 @@ pub(super) fn walk_slowly<S: Search, C: Counter>(
         match stack.pop(search.limit()) {
             Some(next) => word = next,
             None => return,
+        }
+    }
+}
+
+/// Put what was pushed in the order of where it is entered, the nearest last.
+#[inline(always)]
+pub(super) fn sort(nears: &mut [f32; WIDTH], words: &mut [u32; WIDTH], count: usize) {
+    for end in 1..count.min(WIDTH) {
+        let mut place = end;
+        while place > 0 && nears[place - 1] < nears[place] {
+            nears.swap(place - 1, place);
+            words.swap(place - 1, place);
+            place -= 1;
         }
     }
 }
