@@ -56,6 +56,25 @@ static SET_BITS: [u64; 256] = {
     table
 };
 
+/// Columns of four rows: the first four, and beside them the last four.
+///
+/// # Safety
+/// The processor must have AVX.
+#[inline(always)]
+unsafe fn four_transposed(a: __m256, b: __m256, c: __m256, d: __m256) -> [__m256; 4] {
+    // SAFETY: the caller vouches for AVX.
+    unsafe {
+        let (ab, cd) = (_mm256_unpacklo_ps(a, b), _mm256_unpacklo_ps(c, d));
+        let (ab_high, cd_high) = (_mm256_unpackhi_ps(a, b), _mm256_unpackhi_ps(c, d));
+        [
+            _mm256_shuffle_ps::<0x44>(ab, cd),
+            _mm256_shuffle_ps::<0xee>(ab, cd),
+            _mm256_shuffle_ps::<0x44>(ab_high, cd_high),
+            _mm256_shuffle_ps::<0xee>(ab_high, cd_high),
+        ]
+    }
+}
+
 /// Run the kernel in lanes of AVX2.
 ///
 /// # Safety
@@ -138,6 +157,25 @@ impl Lanes for Avx2 {
             let half = _mm_max_ps(_mm256_castps256_ps128(self.0), _mm256_extractf128_ps::<1>(self.0));
             let pair = _mm_max_ps(half, _mm_movehl_ps(half, half));
             _mm_cvtss_f32(_mm_max_ss(pair, _mm_movehdup_ps(pair)))
+        }
+    }
+    #[inline(always)]
+    fn transposed(rows: [Self; 8]) -> [Self; 8] {
+        // SAFETY: as in `splat`.
+        unsafe {
+            let [Self(a), Self(b), Self(c), Self(d), Self(e), Self(f), Self(g), Self(h)] = rows;
+            let [a, b, c, d] = four_transposed(a, b, c, d);
+            let [e, f, g, h] = four_transposed(e, f, g, h);
+            [
+                Self(_mm256_permute2f128_ps::<0x20>(a, e)),
+                Self(_mm256_permute2f128_ps::<0x20>(b, f)),
+                Self(_mm256_permute2f128_ps::<0x20>(c, g)),
+                Self(_mm256_permute2f128_ps::<0x20>(d, h)),
+                Self(_mm256_permute2f128_ps::<0x31>(a, e)),
+                Self(_mm256_permute2f128_ps::<0x31>(b, f)),
+                Self(_mm256_permute2f128_ps::<0x31>(c, g)),
+                Self(_mm256_permute2f128_ps::<0x31>(d, h)),
+            ]
         }
     }
     #[inline(always)]
