@@ -16,6 +16,7 @@ use pyo3::prelude::*;
 
 #[pymodule]
 mod _bihtree {
+    use pyo3::exceptions::PyImportError;
     use pyo3::prelude::*;
 
     #[pymodule_export]
@@ -37,6 +38,7 @@ mod _bihtree {
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        bih_core::simd::check_instruction_set().map_err(|error| PyImportError::new_err(error.to_string()))?;
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }
 }

@@ -48,9 +48,10 @@ pub trait Lanes: Copy {
     fn below(self, other: Self) -> Self::Mask;
     /// `self` where the mask holds, `other` elsewhere.
     fn select(self, mask: Self::Mask, other: Self) -> Self;
-    /// The smallest of the eight; none is NaN.
+    /// The smallest of the eight; none is NaN. Lane i with i + 4, then with i + 2, then with i + 1, by `minimum`: so
+    /// which of two zeros it is is the same everywhere.
     fn smallest(self) -> f32;
-    /// The largest of the eight; none is NaN.
+    /// The largest of the eight; none is NaN. As `smallest`, by `maximum`.
     fn largest(self) -> f32;
     /// Rows become columns: lane j of row i comes to lane i of row j.
     #[inline(always)]
@@ -78,6 +79,25 @@ pub trait Lanes: Copy {
     fn push(self, far: Self, words: &[u32; 8], order: u32, nears: &mut [f32; 8], pushed: &mut [u32; 8]) -> usize;
 }
 
+/// The lanes whose bits are set, first to last, as bytes: for instruction sets that cannot compress.
+#[cfg_attr(not(any(target_arch = "x86_64", target_arch = "aarch64")), expect(dead_code, reason = "no vector lanes"))]
+pub(super) static SET_BITS: [u64; 256] = {
+    let mut table = [0; 256];
+    let mut mask = 0;
+    while mask < 256 {
+        let (mut lane, mut count) = (0, 0);
+        while lane < 8 {
+            if mask >> lane & 1 != 0 {
+                table[mask] |= (lane as u64) << (8 * count);
+                count += 1;
+            }
+            lane += 1;
+        }
+        mask += 1;
+    }
+    table
+};
+
 /// Without any vector instruction: kept for ever, as what the others are tested against.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scalar([f32; 8]);
@@ -91,6 +111,12 @@ impl Scalar {
     #[inline(always)]
     fn mask(self, other: Self, compare: impl Fn(&f32, &f32) -> bool) -> u8 {
         (0..8).fold(0, |mask, i| mask | u8::from(compare(&self.0[i], &other.0[i])) << i)
+    }
+
+    #[inline(always)]
+    fn halved(self, combine: impl Fn(f32, f32) -> f32) -> f32 {
+        let four: [f32; 4] = std::array::from_fn(|i| combine(self.0[i], self.0[i + 4]));
+        combine(combine(four[0], four[2]), combine(four[1], four[3]))
     }
 }
 
@@ -181,11 +207,11 @@ impl Lanes for Scalar {
     }
     #[inline(always)]
     fn smallest(self) -> f32 {
-        self.0.iter().fold(f32::INFINITY, |least, &x| least.min(x))
+        self.halved(|a, b| if a < b { a } else { b })
     }
     #[inline(always)]
     fn largest(self) -> f32 {
-        self.0.iter().fold(f32::NEG_INFINITY, |most, &x| most.max(x))
+        self.halved(|a, b| if a > b { a } else { b })
     }
     #[inline(always)]
     fn push(self, far: Self, words: &[u32; 8], order: u32, nears: &mut [f32; 8], pushed: &mut [u32; 8]) -> usize {
@@ -244,7 +270,10 @@ mod tests {
                 bits.push(u32::from(given.bits()));
                 bits.extend(a.select(given.and(most), b).store().map(canonical));
                 let finite = L::load(&turned.map(|x| if x.is_nan() { 7.0 } else { x }));
-                bits.extend([finite.smallest(), finite.largest()].map(f32::to_bits));
+                let zeros = L::load(&turned.map(|x| if x > 0.0 { 0.0 } else { -0.0 }));
+                for lanes in [finite, zeros] {
+                    bits.extend([lanes.smallest(), lanes.largest()].map(f32::to_bits));
+                }
                 let rows = L::transposed([a, b, a.plus(b), a.minus(b), L::splat(0.5), b, a.times(b), a]);
                 for row in rows {
                     bits.extend(row.store().map(canonical));

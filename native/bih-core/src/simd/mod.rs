@@ -2,10 +2,18 @@
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
+#[cfg(target_arch = "x86_64")]
+mod avx512;
 mod dispatch;
 mod float_environment;
+mod instruction_set;
 mod lanes;
+#[cfg(all(target_arch = "aarch64", target_endian = "little"))]
+mod neon;
+#[cfg(target_arch = "x86_64")]
+mod register_256;
 
-pub use dispatch::{InstructionSet, Kernel, dispatch, dispatch_to, instruction_sets};
+pub use dispatch::{Kernel, dispatch, dispatch_to};
 pub use float_environment::FloatEnvironment;
+pub use instruction_set::{InstructionSet, NotThere, check_instruction_set, instruction_sets};
 pub use lanes::{Lanes, Mask, Scalar};

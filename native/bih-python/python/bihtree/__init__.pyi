@@ -41,8 +41,9 @@ __all__ = [
 __version__: str
 
 def cpu_features() -> list[str]:
-    """The instruction sets this process dispatches to, best first, for example ["avx2", "scalar"]. The environment
-    variable BIHTREE_ISA leaves only the one it names, and "scalar". Which of them runs changes no result."""
+    """The instruction sets this process dispatches to, best first, for example ["avx512", "avx2", "scalar"]; others are
+    "neon". The environment variable BIHTREE_ISA leaves only the one it names, and "scalar"; where it names what the
+    processor does not have, importing bihtree raises ImportError. Which of them runs changes no result."""
 
 @final
 class Hits:
