@@ -22,6 +22,11 @@ pub trait Lanes: Copy {
     fn splat(x: f32) -> Self;
     /// From memory of any alignment.
     fn load(values: &[f32; 8]) -> Self;
+    /// Each rounded to nearest.
+    #[inline(always)]
+    fn rounded(values: &[f64; 8]) -> Self {
+        Self::load(&values.map(|x| x as f32))
+    }
     /// To memory.
     fn store(self) -> [f32; 8];
     /// self + other
@@ -274,6 +279,8 @@ mod tests {
                 for lanes in [finite, zeros] {
                     bits.extend([lanes.smallest(), lanes.largest()].map(f32::to_bits));
                 }
+                let doubles = turned.map(|x| f64::from(x) * (1.0 + f64::EPSILON) + 1e-9);
+                bits.extend(L::rounded(&doubles).store().map(canonical));
                 let rows = L::transposed([a, b, a.plus(b), a.minus(b), L::splat(0.5), b, a.times(b), a]);
                 for row in rows {
                     bits.extend(row.store().map(canonical));

@@ -62,6 +62,15 @@ macro_rules! numbers_in_256_bits {
             Self(unsafe { _mm256_loadu_ps(values.as_ptr()) })
         }
         #[inline(always)]
+        fn rounded(values: &[f64; 8]) -> Self {
+            // SAFETY: inside `run`; the reference is to the eight numbers that are read, of any alignment.
+            unsafe {
+                let low = _mm256_cvtpd_ps(_mm256_loadu_pd(values.as_ptr()));
+                let high = _mm256_cvtpd_ps(_mm256_loadu_pd(values[4..].as_ptr()));
+                Self(_mm256_set_m128(high, low))
+            }
+        }
+        #[inline(always)]
         fn store(self) -> [f32; 8] {
             let mut values = [0.0; 8];
             // SAFETY: inside `run`; the array has room for the eight numbers that are written, at any alignment.

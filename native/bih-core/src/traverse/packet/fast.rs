@@ -147,6 +147,7 @@ pub(super) struct Closest<'a, L> {
     groups: &'a [Group<L>; GROUPS],
     /// Rows of triangles in leaf order.
     order: &'a [u32],
+    t: Column,
     u: Column,
     v: Column,
     size: Column,
@@ -159,7 +160,7 @@ impl<'a, L: Lanes> Closest<'a, L> {
     pub fn new(rows: &'a Rows, groups: &'a [Group<L>; GROUPS], order: &'a [u32]) -> Self {
         let none = [[f32::from_bits(NO_PLACE); WIDTH]; GROUPS];
         let one = [[1.0; WIDTH]; GROUPS];
-        Self { rows, groups, order, u: one, v: one, size: one, place: none }
+        Self { rows, groups, order, t: one, u: one, v: one, size: one, place: none }
     }
 
     /// The row of a triangle; that of none is above all.
@@ -261,22 +262,28 @@ impl<'a, L: Lanes> Closest<'a, L> {
         is_shorter
     }
 
-    /// The hits of some rays, whose distances are the limits.
+    /// The distances of some rays' hits, if any, are their limits.
     #[inline(always)]
-    pub fn collect(&self, limits: &Column, active: u64, hits: Hits) {
+    pub fn keep(&mut self, limits: &Column, active: u64) {
         for group in 0..GROUPS {
+            let mask = L::mask((active >> (WIDTH * group)) as u8);
+            self.t[group] = L::load(&limits[group]).select(mask, L::load(&self.t[group])).store();
+        }
+    }
+
+    /// The hits of all rays but those that were answered otherwise.
+    #[inline(always)]
+    pub fn collect(&self, active: u64, hits: Hits) {
+        for (group, hits) in hits.chunks_mut(WIDTH).enumerate() {
             let size = L::load(&self.size[group]);
             let u = L::load(&self.u[group]).over(size).store();
             let v = L::load(&self.v[group]).over(size).store();
-            for lane in bits((active >> (WIDTH * group)) as u8) {
-                let place = self.place[group][lane];
-                if place.to_bits() != NO_PLACE {
-                    hits[WIDTH * group + lane] = Some(Hit {
-                        t: f64::from(limits[group][lane]),
-                        triangle: self.row(place),
-                        u: f64::from(u[lane]),
-                        v: f64::from(v[lane]),
-                    });
+            let active = active >> (WIDTH * group);
+            for (lane, hit) in hits.iter_mut().enumerate() {
+                if active >> lane & 1 != 0 {
+                    let triangle = self.order.get(self.place[group][lane].to_bits() as usize).copied();
+                    let [t, u, v] = [self.t[group][lane], u[lane], v[lane]].map(f64::from);
+                    *hit = triangle.map(|triangle| Hit { t, triangle, u, v });
                 }
             }
         }

@@ -37,12 +37,13 @@ type Hits<'a> = &'a mut [Option<Hit>];
 #[inline(always)]
 pub fn closest<L: Lanes>(tree: &Tree, triangles: &Triangles, rays: &[Ray], stack: &mut Stack, hits: Hits) {
     assert!(rays.len() <= PACKET && rays.len() == hits.len(), "{} rays, {} hits", rays.len(), hits.len());
-    let rows = rows(rays);
+    let rows = rows::<L>(rays);
     let groups = groups::<L>(&rows);
     let active = active(tree, &groups);
-    hits.fill(None);
     for i in alone(rays, active) {
-        hits[i] = super::closest::<L, _>(tree, triangles, &rays[i], stack, &mut Uncounted);
+        let is_valid = rays[i].is_valid();
+        hits[i] =
+            if is_valid { super::closest::<L, _>(tree, triangles, &rays[i], stack, &mut Uncounted) } else { None };
     }
     let Some(wide) = tree.wide.as_ref().filter(|_| active != 0) else { return };
     match tree.precision {
@@ -52,9 +53,10 @@ pub fn closest<L: Lanes>(tree: &Tree, triangles: &Triangles, rays: &[Ray], stack
             for (octant, active) in octants(&slabs, active) {
                 if let Some(mut packet) = Packet::new(&slabs, &limits, active, octant, &wide.records[0]) {
                     walk(wide, &mut packet, &mut stack.packet, &mut query);
-                    query.collect(&packet.limits, active, hits);
+                    query.keep(&packet.limits, active);
                 }
             }
+            query.collect(active, hits);
         }
         Precision::Watertight => {
             let mut query = watertight::Closest::new(rays, &groups, tree);
@@ -74,12 +76,13 @@ pub fn closest<L: Lanes>(tree: &Tree, triangles: &Triangles, rays: &[Ray], stack
 #[inline(always)]
 pub fn occluded<L: Lanes>(tree: &Tree, triangles: &Triangles, rays: &[Ray], stack: &mut Stack) -> u64 {
     assert!(rays.len() <= PACKET, "{} rays", rays.len());
-    let rows = rows(rays);
+    let rows = rows::<L>(rays);
     let groups = groups::<L>(&rows);
     let active = active(tree, &groups);
     let mut hidden = 0;
     for i in alone(rays, active) {
-        hidden |= u64::from(super::occluded::<L, _>(tree, triangles, &rays[i], stack, &mut Uncounted)) << i;
+        let is_hidden = rays[i].is_valid() && super::occluded::<L, _>(tree, triangles, &rays[i], stack, &mut Uncounted);
+        hidden |= u64::from(is_hidden) << i;
     }
     let Some(wide) = tree.wide.as_ref().filter(|_| active != 0) else { return hidden };
     match tree.precision {
@@ -136,11 +139,10 @@ fn active<L: Lanes>(tree: &Tree, groups: &[Group<L>; GROUPS]) -> u64 {
     active
 }
 
-/// The valid rays among the others.
+/// The other rays.
 #[inline(always)]
 fn alone(rays: &[Ray], active: u64) -> impl Iterator<Item = usize> {
-    let others = !active & u64::MAX.checked_shr((PACKET - rays.len()) as u32).unwrap_or(0);
-    bits(others).filter(|&i| rays[i].is_valid())
+    bits(!active & u64::MAX.checked_shr((PACKET - rays.len()) as u32).unwrap_or(0))
 }
 
 #[inline(always)]

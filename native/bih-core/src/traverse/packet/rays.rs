@@ -19,11 +19,10 @@ pub(super) type Rows = [[f32; WIDTH]; PACKET];
 
 /// All zero where there are fewer.
 #[inline(always)]
-pub(super) fn rows(rays: &[Ray]) -> Rows {
+pub(super) fn rows<L: Lanes>(rays: &[Ray]) -> Rows {
     let mut rows = [[0.0; WIDTH]; PACKET];
     for (row, ray) in rows.iter_mut().zip(rays) {
-        let ([x, y, z], [dx, dy, dz]) = (ray.origin, ray.direction);
-        *row = [x, y, z, dx, dy, dz, ray.t_min, ray.t_max].map(|value| value as f32);
+        *row = L::rounded(bytemuck::cast_ref(ray)).store();
     }
     rows
 }
