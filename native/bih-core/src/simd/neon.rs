@@ -55,11 +55,11 @@ impl Lanes for Neon {
     }
     #[inline(always)]
     fn mask(bits: u8) -> NeonMask {
-        let lanes: [u32; 8] = [1, 2, 4, 8, 16, 32, 64, 128];
-        // SAFETY: as in `splat`; four of the eight numbers stand at each pointer.
+        const LANES: [u32; 8] = [1, 2, 4, 8, 16, 32, 64, 128];
+        // SAFETY: every 64-bit ARM processor has NEON; four of the eight numbers stand at each pointer.
         unsafe {
-            let set = vdupq_n_u32(u32::from(bits));
-            NeonMask(vtstq_u32(set, vld1q_u32(lanes.as_ptr())), vtstq_u32(set, vld1q_u32(lanes[4..].as_ptr())))
+            let bits = vdupq_n_u32(u32::from(bits));
+            NeonMask(vtstq_u32(bits, vld1q_u32(LANES.as_ptr())), vtstq_u32(bits, vld1q_u32(LANES[4..].as_ptr())))
         }
     }
     #[inline(always)]

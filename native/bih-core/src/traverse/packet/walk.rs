@@ -43,7 +43,7 @@ pub(super) trait Query<L: Lanes> {
     /// Test some rays of a group, which enter the leaf's box at `near`. Answers whether any of them matters less far.
     fn test(
         &mut self,
-        packet: &mut Packet<L>,
+        packet: &mut Packet<'_, L>,
         leaf: &Leaf,
         triangles: &Self::Triangles,
         group: usize,
@@ -56,9 +56,15 @@ const LANES: [u32; WIDTH] = [0, 1, 2, 3, 4, 5, 6, 7];
 
 /// Show the query all leaves that its rays may meet, front to back by their octant.
 #[inline(always)]
-pub(super) fn walk<L: Lanes, Q: Query<L>>(wide: &Wide, packet: &mut Packet<L>, stack: &mut Vec<Entry>, query: &mut Q) {
+pub(super) fn walk<L: Lanes, Q: Query<L>>(
+    wide: &Wide,
+    packet: &mut Packet<'_, L>,
+    stack: &mut Vec<Entry>,
+    query: &mut Q,
+) {
     stack.resize(STACK_SIZE, Entry::default());
     let mut top = 0;
+    crate::count!(0, 1);
     let mut index = 0;
     let mut live = u8::MAX;
     loop {
@@ -94,24 +100,28 @@ pub(super) fn walk<L: Lanes, Q: Query<L>>(wide: &Wide, packet: &mut Packet<L>, s
 #[inline(always)]
 fn descend<L: Lanes>(
     wide: &Wide,
-    packet: &Packet<L>,
+    packet: &Packet<'_, L>,
     index: usize,
     live: u8,
     stack: &mut [Entry],
     mut top: usize,
 ) -> usize {
     let record = &wide.records[index];
+    crate::count!(1, 1);
     let (near, far) = packet.whole.clip(&Sides::all(record, packet.octant), L::splat(packet.limit));
     let (mut nears, mut lanes) = ([0.0; WIDTH], [0; WIDTH]);
     let count = near.push(far, &LANES, record.order(packet.octant), &mut nears, &mut lanes);
+    crate::count!(2, count);
     for (&near, &lane) in nears.iter().zip(&lanes).take(count) {
         let groups = if count < CONFIRM {
             live
         } else {
             let sides = Sides::one(record, packet.octant, lane as usize & 7);
             let (near, far) = packet.groups.clip(&sides, L::load(&packet.group_limits));
-            near.at_most(far).bits() & live
+            packet.confirmed(&sides, near.at_most(far).bits() & live)
         };
+        crate::count!(3, (groups != 0));
+        crate::count!(4, (groups as u8).count_ones());
         stack[top] = Entry { near, place: (index * WIDTH) as u32 | lane, groups };
         top += usize::from(groups != 0);
     }
@@ -120,10 +130,12 @@ fn descend<L: Lanes>(
 
 /// Show the query a leaf, and those rays of some groups that meet its box.
 #[inline(always)]
-fn visit<L: Lanes, Q: Query<L>>(packet: &mut Packet<L>, leaf: &Leaf, sides: &Sides<L>, live: u8, query: &mut Q) {
+fn visit<L: Lanes, Q: Query<L>>(packet: &mut Packet<'_, L>, leaf: &Leaf, sides: &Sides<L>, live: u8, query: &mut Q) {
     let mut nears = [packet.groups.t_min; GROUPS];
     let mut rays = [0; GROUPS];
     let mut any = 0;
+    crate::count!(5, 1);
+    crate::count!(6, live.count_ones());
     for group in bits(live) {
         let (near, far) = packet.rays[group].clip(sides, L::load(&packet.limits[group]));
         nears[group] = near;
@@ -133,10 +145,13 @@ fn visit<L: Lanes, Q: Query<L>>(packet: &mut Packet<L>, leaf: &Leaf, sides: &Sid
     if any == 0 {
         return;
     }
+    crate::count!(7, 1);
     let triangles = query.prepare(leaf);
     let mut is_shorter = false;
     for group in bits(live) {
         if rays[group] != 0 {
+            crate::count!(8, 1);
+            crate::count!(9, rays[group].count_ones());
             is_shorter |= query.test(packet, leaf, &triangles, group, rays[group], nears[group]);
         }
     }
