@@ -99,7 +99,7 @@ impl Child {
 /// Lanes in use stand in the highest places, the nearest uppermost; below them the free ones, `new` first.
 fn divided(order: u32, lane: u32, new: u32, lower_is_near: bool) -> u32 {
     let below = |place: u32| (1u32 << (4 * place)) - 1;
-    let others = order ^ 0x1111_1111 * lane;
+    let others = order ^ (0x1111_1111 * lane);
     let place = (others.wrapping_sub(0x1111_1111) & !others & 0x8888_8888).trailing_zeros() / 4;
     let nearer = order & !(below(place) << 4 | 0xf);
     let farther = order & below(place) & !below(8 - new);
