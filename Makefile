@@ -16,13 +16,14 @@ NO_PYTHON := This machine lacks Python 3.11. To install: (Debian 12) apt-get ins
 NATIVE := rust-toolchain.toml native/Cargo.toml native/Cargo.lock \
 	$(shell find native/bih-core native/bih-python \( -name target -o -name __pycache__ \) -prune -o -print)
 
-.PHONY: help preview test lint types test-rust test-python package real-blender format lock clean machine test-machine
+.PHONY: help preview test lint types test-rust test-neon test-address test-miri test-memory test-python package real-blender format lock clean machine test-machine
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
 
 help:
 	@echo "make preview [SCENE=my.blend]  trace the scene to build/preview.png and .exr, its tree to build/overlay.png"
-	@echo "make test                      all checks and tests (lint, types, test-rust, test-python)"
+	@echo "make test                      all checks and tests (lint, types, test-rust, test-neon, test-address, test-python)"
+	@echo "make test-memory               what memory the core reads: AddressSanitizer, then Miri (two minutes)"
 	@echo "make package                   the extension's zip, in build/"
 	@echo "make real-blender              a Blender for the tests, where none is installed (Debian, as root)"
 	@echo "make format                    format Python and Rust"
@@ -33,7 +34,7 @@ preview: $(VENV)/.bihtree
 	@$(BIN)/python -m addon.blender.command_line render --scene "$(SCENE)" --output build/preview.png \
 		--output build/preview.exr --overlay build/overlay.png --stats build/preview.json
 
-test: lint types test-rust test-python
+test: lint types test-rust test-neon test-address test-python
 
 lint: $(VENV)/.tests | test-machine
 	$(BIN)/ruff check --quiet .
@@ -47,6 +48,12 @@ types: $(VENV)/.tests $(VENV)/.bihtree
 
 test-rust: | test-machine
 	cd native && cargo test --quiet --locked --release
+
+# An emulated ARM processor, AddressSanitizer, and Miri: where one is missing it is said; with CI set it is an error.
+test-neon test-address test-miri: test-%: | test-machine
+	@"$(PYTHON)" tools/native_checks.py $*
+
+test-memory: test-address test-miri
 
 # The tests say of themselves what they skip where there is no real Blender; with CI set they fail instead.
 test-python: $(VENV)/.tests $(VENV)/.bihtree

@@ -91,6 +91,11 @@ impl<A> Rays<A> for InFlight<'_, A> {
     }
 }
 
+/// Whether few and small meshes are asked for: a machine that is emulated takes a hundred times as long.
+fn is_short() -> bool {
+    cfg!(miri) || std::env::var_os("PROPTEST_CASES").is_some()
+}
+
 fn agree(triangles: &Triangles, leaf_size: usize, rays: &[Ray]) {
     for layout in [Layout::Classic, Layout::Wide, Layout::Compact] {
         for precision in [Precision::Watertight, Precision::Fast] {
@@ -159,6 +164,7 @@ proptest! {
 
 /// Triangles whose centres halve their way to the origin on all axes: the deepest tree that halving makes.
 #[test]
+#[cfg_attr(miri, ignore = "takes a quarter of an hour under Miri")]
 fn a_tree_as_deep_as_halving_allows_needs_no_more_stack_than_it_has() {
     let mut soup = Vec::new();
     for exponent in 0..148 {
@@ -171,7 +177,7 @@ fn a_tree_as_deep_as_halving_allows_needs_no_more_stack_than_it_has() {
         }
     }
     // Coincident centres below that: median splits.
-    for _ in 0..1000 {
+    for _ in 0..if is_short() { 10 } else { 1000 } {
         soup.extend([[1e-45, 0.0, 0.0], [0.0, 1e-45, 0.0], [0.0, 0.0, 1e-45]]);
     }
     let triangles = Triangles::new(Vertices::F32(&soup), None).unwrap();
@@ -185,8 +191,8 @@ fn a_tree_as_deep_as_halving_allows_needs_no_more_stack_than_it_has() {
 
 #[test]
 fn a_million_triangles_with_one_centre_make_a_shallow_tree() {
-    let soup: Vec<[f32; 3]> =
-        (0..1_000_000).flat_map(|_| [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]).collect();
+    let count = if is_short() { 1000 } else { 1_000_000 };
+    let soup: Vec<[f32; 3]> = (0..count).flat_map(|_| [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]).collect();
     let triangles = Triangles::new(Vertices::F32(&soup), None).unwrap();
     let tree = build_tree(&triangles, Layout::Classic, Precision::Watertight, 4);
     assert!(tree.stats().depth <= 20, "{}", tree.stats().depth);
@@ -217,11 +223,17 @@ fn triangles_that_cannot_be_hit_are_rejected_and_the_rest_works() {
 /// Rays at the vertices and edges of a surface, where single precision alone would lose hits.
 #[test]
 fn aimed_at_edges() {
-    const SIDE: usize = 24;
+    let side = if cfg!(miri) {
+        2
+    } else if is_short() {
+        8
+    } else {
+        24
+    };
     let height = |x: usize, y: usize| ((x * 7 + y * 13) % 11) as f32 * 0.013;
     let vertex = |x: usize, y: usize| [x as f32 * 0.1, y as f32 * 0.1, height(x, y)];
     let mut soup = Vec::new();
-    for (x, y) in (0..SIDE - 1).flat_map(|x| (0..SIDE - 1).map(move |y| (x, y))) {
+    for (x, y) in (0..side - 1).flat_map(|x| (0..side - 1).map(move |y| (x, y))) {
         let [a, b, c, d] = [vertex(x, y), vertex(x + 1, y), vertex(x, y + 1), vertex(x + 1, y + 1)];
         soup.extend([a, b, c, b, d, c]);
     }
