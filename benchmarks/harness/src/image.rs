@@ -7,10 +7,10 @@ use bih_core::render::{Camera, Light, Lighting, RenderOptions, Tile, render, sam
 use rayon::prelude::*;
 
 use crate::bih::BihTree;
-use crate::embree::{Arguments, EmbreeScene, Flushed, Packet};
+use crate::embree::{Arguments, EmbreeScene, Flushed, Packet, PacketHit};
 use crate::mesh::{Mesh, View};
-use crate::rays::{HEIGHT, Pinhole, Ray, WIDTH, diagonal};
-use crate::vector::{Vector, add_scaled, dot, length, subtract, unit};
+use crate::rays::{HEIGHT, Pinhole, WIDTH, diagonal};
+use crate::vector::{Vector, length, subtract};
 
 /// Red, row by row from the lower left.
 pub type Picture = Vec<f32>;
@@ -94,50 +94,81 @@ struct Shader<'a> {
     samples: u32,
 }
 
+/// A vector for each lane, side by side: loops over lanes become vector instructions.
+type Wide = [[f32; LANES]; 3];
+
+fn each(value: impl Fn(usize) -> f32) -> [f32; LANES] {
+    std::array::from_fn(value)
+}
+
+fn dots(a: &Wide, b: &Wide) -> [f32; LANES] {
+    each(|lane| a[0][lane] * b[0][lane] + a[1][lane] * b[1][lane] + a[2][lane] * b[2][lane])
+}
+
 impl Shader<'_> {
     /// The sum over all samples.
     fn block(&self, corner: (usize, usize), arguments: &mut Arguments) -> [f32; LANES] {
         let mut sum = [0.0; LANES];
         for sample in 0..self.samples {
-            let [x, y] = sample_offset(sample, 0).map(|offset| offset as f32);
-            let rays: [Ray; LANES] = std::array::from_fn(|lane| {
-                let (column, row) = (corner.0 + lane % SIDE, corner.1 + lane / SIDE);
-                self.pinhole.ray(column as f32 + x, row as f32 + y)
-            });
-            let hits = self.scene.nearest_of(&Packet::<LANES>::new(&rays), arguments);
-            let mut shadow = rays;
-            let mut lit = [0.0; LANES];
-            let mut valid = [0; LANES];
+            let camera = self.camera_rays(corner, sample_offset(sample, 0).map(|offset| offset as f32));
+            let hits = self.scene.nearest_of(&camera, arguments);
+            let is_hit: [bool; LANES] = std::array::from_fn(|lane| hits.triangle[lane] != u32::MAX);
+            let (shadow, fill, lit) = self.shade(&camera, &hits, &is_hit);
             for lane in 0..LANES {
-                if hits.triangle[lane] == u32::MAX {
-                    continue;
-                }
-                let normal = unit(hits.normal.map(|axis| axis[lane]));
-                let away = dot(normal, rays[lane].direction);
-                let normal = if away > 0.0 { normal.map(|x| -x) } else { normal };
-                sum[lane] += FILL * ALBEDO * away.abs();
-                let position = add_scaled(rays[lane].origin, hits.t[lane], rays[lane].direction);
-                let origin = add_scaled(position, self.offset, normal);
-                let to_light = subtract(self.light, position);
-                let squared = dot(to_light, to_light);
-                let cosine = dot(to_light, normal) / squared.sqrt();
-                if cosine > 0.0 {
-                    lit[lane] = ALBEDO / PI * cosine * self.power / (4.0 * PI * squared);
-                    valid[lane] = -1;
-                    shadow[lane] = Ray { origin, t_min: 0.0, direction: subtract(self.light, origin), t_max: 1.0 };
-                }
+                sum[lane] += if is_hit[lane] { fill[lane] } else { 0.0 };
             }
-            if valid == [0; LANES] {
+            if shadow.valid == [0; LANES] {
                 continue;
             }
-            let hidden = self.scene.hidden_of(&Packet { valid, ..Packet::new(&shadow) }, arguments);
+            let hidden = self.scene.hidden_of(&shadow, arguments);
             for lane in 0..LANES {
-                if hidden[lane] >= 0.0 {
-                    sum[lane] += lit[lane];
-                }
+                sum[lane] += if shadow.valid[lane] != 0 && hidden[lane] >= 0.0 { lit[lane] } else { 0.0 };
             }
         }
         sum
+    }
+
+    fn camera_rays(&self, corner: (usize, usize), offset: [f32; 2]) -> Packet<LANES> {
+        let Pinhole { eye, forward, right, up } = self.pinhole;
+        let x = each(|lane| 2.0 * ((corner.0 + lane % SIDE) as f32 + offset[0]) / WIDTH as f32 - 1.0);
+        let y = each(|lane| 2.0 * ((corner.1 + lane / SIDE) as f32 + offset[1]) / HEIGHT as f32 - 1.0);
+        let along: Wide =
+            std::array::from_fn(|axis| each(|lane| forward[axis] + x[lane] * right[axis] + y[lane] * up[axis]));
+        let squared = dots(&along, &along);
+        let inverse = each(|lane| 1.0 / squared[lane].sqrt());
+        Packet {
+            origin: eye.map(|value| [value; LANES]),
+            t_min: [0.0; LANES],
+            direction: along.map(|axis| each(|lane| axis[lane] * inverse[lane])),
+            t_max: [f32::INFINITY; LANES],
+            valid: [-1; LANES],
+        }
+    }
+
+    /// Rays to the light where it can shine, the headlight's part of the radiance, and the light's.
+    fn shade(
+        &self,
+        camera: &Packet<LANES>,
+        hits: &PacketHit<LANES>,
+        is_hit: &[bool; LANES],
+    ) -> (Packet<LANES>, [f32; LANES], [f32; LANES]) {
+        let normal_length = dots(&hits.normal, &hits.normal).map(f32::sqrt);
+        let away = dots(&hits.normal, &camera.direction);
+        let scale = each(|lane| if away[lane] > 0.0 { -1.0 } else { 1.0 } / normal_length[lane]);
+        let normal: Wide = hits.normal.map(|axis| each(|lane| axis[lane] * scale[lane]));
+        let fill = each(|lane| FILL * ALBEDO * (away[lane] / normal_length[lane]).abs());
+        let origin: Wide = std::array::from_fn(|axis| {
+            let (start, along) = (&camera.origin[axis], &camera.direction[axis]);
+            each(|lane| start[lane] + hits.t[lane] * along[lane] + self.offset * normal[axis][lane])
+        });
+        let to_light: Wide = std::array::from_fn(|axis| each(|lane| self.light[axis] - origin[axis][lane]));
+        let squared = dots(&to_light, &to_light);
+        let facing = dots(&to_light, &normal);
+        let strength = ALBEDO / PI * self.power / (4.0 * PI);
+        let lit = each(|lane| strength * facing[lane] / (squared[lane] * squared[lane].sqrt()));
+        let valid = std::array::from_fn(|lane| if is_hit[lane] && facing[lane] > 0.0 { -1 } else { 0 });
+        let shadow = Packet { origin, t_min: [0.0; LANES], direction: to_light, t_max: [1.0; LANES], valid };
+        (shadow, fill, lit)
     }
 }
 

@@ -10,4 +10,4 @@ pub use device::{Device, EmbreeSide};
 pub use flush::Flushed;
 pub use library::Arguments;
 pub use packets::Packet;
-pub use trace::EmbreeScene;
+pub use trace::{EmbreeScene, PacketHit};
