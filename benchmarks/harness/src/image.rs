@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use crate::bih::BihTree;
 use crate::embree::{Arguments, EmbreeScene, Flushed, Packet, PacketHit};
 use crate::mesh::{Mesh, View};
-use crate::rays::{HEIGHT, Pinhole, WIDTH, diagonal};
+use crate::rays::{Pinhole, diagonal};
 use crate::vector::{Vector, length, subtract};
 
 /// Red, row by row from the lower left.
@@ -27,10 +27,11 @@ fn power(view: &View) -> f32 {
 
 /// By bih-core's own renderer.
 pub fn by_bih(built: &BihTree, view: &View, samples: u32) -> Picture {
-    let camera = Camera::new(clip_to_world(view), WIDTH as u32, HEIGHT as u32).expect("the view has an inverse");
+    let (width, height) = (view.width as u32, view.height as u32);
+    let camera = Camera::new(clip_to_world(view), width, height).expect("the view has an inverse");
     let light = Light::Point { position: view.light.map(f64::from), power: [f64::from(power(view)); 3] };
     let options = RenderOptions {
-        tile: Tile { x: 0, y: 0, width: WIDTH as u32, height: HEIGHT as u32 },
+        tile: Tile { x: 0, y: 0, width, height },
         samples,
         seed: 0,
         lighting: Lighting { lights: vec![light], shadows: true },
@@ -42,7 +43,7 @@ pub fn by_bih(built: &BihTree, view: &View, samples: u32) -> Picture {
 
 /// The pinhole as the matrix that bih-core takes: its near plane a thousandth of the way to the target, none far.
 fn clip_to_world(view: &View) -> [[f64; 4]; 4] {
-    let Pinhole { eye, forward, right, up } = Pinhole::new(view);
+    let Pinhole { eye, forward, right, up, .. } = Pinhole::new(view);
     let near = 1e-3 * f64::from(length(subtract(view.target, view.eye)));
     let row = |axis: usize| {
         let half_eye = 0.5 * f64::from(eye[axis]);
@@ -70,15 +71,16 @@ pub fn by_embree(scene: &EmbreeScene, mesh: &Mesh, samples: u32) -> Picture {
         offset: 1e-5 * diagonal(&mesh.bounds()),
         samples,
     };
-    let mut picture = vec![0.0; WIDTH * HEIGHT];
-    picture.par_chunks_mut(SIDE * WIDTH).enumerate().for_each(|(band, rows)| {
+    let width = mesh.view.width;
+    let mut picture = vec![0.0; width * mesh.view.height];
+    picture.par_chunks_mut(SIDE * width).enumerate().for_each(|(band, rows)| {
         let _flushed = Flushed::new();
         let mut arguments = Arguments::new(true);
-        for block in 0..WIDTH / SIDE {
+        for block in 0..width / SIDE {
             let corner = (block * SIDE, band * SIDE);
             let radiance = shader.block(corner, &mut arguments);
             for (lane, value) in radiance.into_iter().enumerate() {
-                rows[(lane / SIDE) * WIDTH + corner.0 + lane % SIDE] = value / samples as f32;
+                rows[(lane / SIDE) * width + corner.0 + lane % SIDE] = value / samples as f32;
             }
         }
     });
@@ -129,9 +131,10 @@ impl Shader<'_> {
     }
 
     fn camera_rays(&self, corner: (usize, usize), offset: [f32; 2]) -> Packet<LANES> {
-        let Pinhole { eye, forward, right, up } = self.pinhole;
-        let x = each(|lane| 2.0 * ((corner.0 + lane % SIDE) as f32 + offset[0]) / WIDTH as f32 - 1.0);
-        let y = each(|lane| 2.0 * ((corner.1 + lane / SIDE) as f32 + offset[1]) / HEIGHT as f32 - 1.0);
+        let Pinhole { eye, forward, right, up, .. } = self.pinhole;
+        let pixel = |lane: usize| ((corner.0 + lane % SIDE) as f32, (corner.1 + lane / SIDE) as f32);
+        let x = each(|lane| self.pinhole.place(pixel(lane).0 + offset[0], 0.0)[0]);
+        let y = each(|lane| self.pinhole.place(0.0, pixel(lane).1 + offset[1])[1]);
         let along: Wide =
             std::array::from_fn(|axis| each(|lane| forward[axis] + x[lane] * right[axis] + y[lane] * up[axis]));
         let squared = dots(&along, &along);

@@ -20,6 +20,9 @@ pub struct View {
     /// Vertical, in degrees.
     pub angle: f32,
     pub light: Vector,
+    /// Pixels, multiples of 8.
+    pub width: usize,
+    pub height: usize,
 }
 
 #[derive(Debug)]
@@ -31,19 +34,20 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    pub fn read(path: &Path) -> io::Result<Self> {
+    /// To be looked at in a picture of so many pixels.
+    pub fn read(path: &Path, size: [usize; 2]) -> io::Result<Self> {
         let bytes = fs::read(path)?;
-        Self::parse(&bytes).ok_or_else(|| io::Error::new(io::ErrorKind::InvalidData, "not a mesh of the driver"))
+        Self::parse(&bytes, size).ok_or_else(|| io::Error::new(io::ErrorKind::InvalidData, "not a mesh of the driver"))
     }
 
-    fn parse(bytes: &[u8]) -> Option<Self> {
+    fn parse(bytes: &[u8], [width, height]: [usize; 2]) -> Option<Self> {
         let mut rest = bytes.strip_prefix(b"BIHBENCH")?;
         let vertices = u64::from_le_bytes(take(&mut rest)?) as usize;
         let triangles = u64::from_le_bytes(take(&mut rest)?) as usize;
         let mut number = || Some(f64::from_le_bytes(take(&mut rest)?) as f32);
         let mut point = || Some([number()?, number()?, number()?]);
         let (eye, target, up) = (point()?, point()?, point()?);
-        let view = View { eye, target, up, angle: number()?, light: [number()?, number()?, number()?] };
+        let view = View { eye, target, up, angle: number()?, light: [number()?, number()?, number()?], width, height };
         let (coordinates, rows) = rest.split_at_checked(vertices.checked_mul(12)?)?;
         if rows.len() != triangles.checked_mul(12)? {
             return None;

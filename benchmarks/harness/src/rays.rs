@@ -5,10 +5,6 @@ use bih_core::Bounds;
 use crate::mesh::{Mesh, View};
 use crate::vector::{Vector, add_scaled, cross, dot, length, subtract, unit};
 
-/// Pixels of the picture.
-pub const WIDTH: usize = 1024;
-pub const HEIGHT: usize = 768;
-
 /// In single precision, 32 bytes.
 #[derive(Debug, Clone, Copy)]
 pub struct Ray {
@@ -90,6 +86,8 @@ pub struct Pinhole {
     pub forward: Vector,
     pub right: Vector,
     pub up: Vector,
+    width: f32,
+    height: f32,
 }
 
 impl Pinhole {
@@ -97,35 +95,38 @@ impl Pinhole {
         let forward = unit(subtract(view.target, view.eye));
         let right = unit(cross(forward, view.up));
         let tangent = (0.5 * view.angle.to_radians()).tan();
-        let aspect = WIDTH as f32 / HEIGHT as f32;
+        let (width, height) = (view.width as f32, view.height as f32);
         let up = cross(right, forward).map(|x| x * tangent);
-        Self { eye: view.eye, forward, right: right.map(|x| x * tangent * aspect), up }
+        Self { eye: view.eye, forward, right: right.map(|x| x * tangent * width / height), up, width, height }
+    }
+
+    /// From -1 to 1, of a place counted in pixels from the lower left.
+    #[inline(always)]
+    pub fn place(&self, x: f32, y: f32) -> [f32; 2] {
+        [2.0 * x / self.width - 1.0, 2.0 * y / self.height - 1.0]
     }
 
     /// Through a place in the picture, counted in pixels from the lower left.
     #[inline(always)]
     pub fn ray(&self, x: f32, y: f32) -> Ray {
-        let (x, y) = (2.0 * x / WIDTH as f32 - 1.0, 2.0 * y / HEIGHT as f32 - 1.0);
+        let [x, y] = self.place(x, y);
         let direction = unit(add_scaled(add_scaled(self.forward, x, self.right), y, self.up));
         Ray { origin: self.eye, t_min: 0.0, direction, t_max: f32::INFINITY }
     }
 }
 
 /// Pixels in tiles of 8 x 8, those in blocks of 4 x 4: neighbours in packets of 8, 16 and 64.
-pub fn pixels() -> impl Iterator<Item = (usize, usize)> {
-    (0..WIDTH * HEIGHT).map(pixel)
-}
-
-pub fn pixel(place: usize) -> (usize, usize) {
+fn pixel(place: usize, width: usize) -> (usize, usize) {
     let (tile, within) = (place / 64, place % 64);
-    let (tile_x, tile_y) = (tile % (WIDTH / 8), tile / (WIDTH / 8));
+    let (tile_x, tile_y) = (tile % (width / 8), tile / (width / 8));
     let (block, within) = (within / 16, within % 16);
     (8 * tile_x + 4 * (block % 2) + within % 4, 8 * tile_y + 4 * (block / 2) + within / 4)
 }
 
 pub fn primary(view: &View) -> Vec<Ray> {
     let pinhole = Pinhole::new(view);
-    pixels().map(|(x, y)| pinhole.ray(x as f32 + 0.5, y as f32 + 0.5)).collect()
+    let pixels = (0..view.width * view.height).map(|place| pixel(place, view.width));
+    pixels.map(|(x, y)| pinhole.ray(x as f32 + 0.5, y as f32 + 0.5)).collect()
 }
 
 /// What later rays start from.
@@ -207,7 +208,7 @@ pub fn random(mesh: &Mesh) -> Vec<Ray> {
     let size = subtract(bounds.upper, bounds.lower);
     let centre = add_scaled(bounds.lower, 0.5, size);
     let radius = 0.6 * diagonal(&bounds);
-    (0..WIDTH * HEIGHT)
+    (0..mesh.view.width * mesh.view.height)
         .map(|_| {
             let origin = add_scaled(centre, radius, random.direction());
             let target: Vector = std::array::from_fn(|axis| bounds.lower[axis] + random.unit() * size[axis]);
