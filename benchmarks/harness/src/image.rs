@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use crate::bih::BihTree;
 use crate::embree::{Arguments, EmbreeScene, Flushed, Packet, PacketHit};
 use crate::mesh::{Mesh, View};
-use crate::rays::{Pinhole, diagonal};
+use crate::rays::{Pinhole, lift};
 use crate::vector::{Vector, length, subtract};
 
 /// Red, row by row from the lower left.
@@ -63,14 +63,8 @@ const LANES: usize = SIDE * SIDE;
 
 /// By Embree in packets of 16 that are told to be coherent: 4 x 4 pixels, and their shadow rays.
 pub fn by_embree(scene: &EmbreeScene, mesh: &Mesh, samples: u32) -> Picture {
-    let shader = Shader {
-        scene,
-        pinhole: Pinhole::new(&mesh.view),
-        light: mesh.view.light,
-        power: power(&mesh.view),
-        offset: 1e-5 * diagonal(&mesh.bounds()),
-        samples,
-    };
+    let shader =
+        Shader { scene, pinhole: Pinhole::new(&mesh.view), light: mesh.view.light, power: power(&mesh.view), samples };
     let width = mesh.view.width;
     let mut picture = vec![0.0; width * mesh.view.height];
     picture.par_chunks_mut(SIDE * width).enumerate().for_each(|(band, rows)| {
@@ -92,7 +86,6 @@ struct Shader<'a> {
     pinhole: Pinhole,
     light: Vector,
     power: f32,
-    offset: f32,
     samples: u32,
 }
 
@@ -160,9 +153,10 @@ impl Shader<'_> {
         let scale = each(|lane| if away[lane] > 0.0 { -1.0 } else { 1.0 } / normal_length[lane]);
         let normal: Wide = hits.normal.map(|axis| each(|lane| axis[lane] * scale[lane]));
         let fill = each(|lane| FILL * ALBEDO * (away[lane] / normal_length[lane]).abs());
+        let lifts = each(|lane| lift(self.pinhole.eye, hits.t[lane]));
         let origin: Wide = std::array::from_fn(|axis| {
             let (start, along) = (&camera.origin[axis], &camera.direction[axis]);
-            each(|lane| start[lane] + hits.t[lane] * along[lane] + self.offset * normal[axis][lane])
+            each(|lane| start[lane] + hits.t[lane] * along[lane] + lifts[lane] * normal[axis][lane])
         });
         let to_light: Wide = std::array::from_fn(|axis| each(|lane| self.light[axis] - origin[axis][lane]));
         let squared = dots(&to_light, &to_light);

@@ -92,3 +92,39 @@ fn take<const N: usize>(bytes: &mut &[u8]) -> Option<[u8; N]> {
 fn triple<T>(row: &[u8; 12], number: impl Fn([u8; 4]) -> T) -> [T; 3] {
     std::array::from_fn(|axis| number(std::array::from_fn(|byte| row[4 * axis + byte])))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn file() -> Vec<u8> {
+        let mut bytes = b"BIHBENCH".to_vec();
+        bytes.extend([3u64, 1].into_iter().flat_map(u64::to_le_bytes));
+        bytes.extend((0..13).flat_map(|number| f64::from(number).to_le_bytes()));
+        bytes.extend((0..9u8).flat_map(|number| f32::from(number).to_le_bytes()));
+        bytes.extend([2u32, 1, 0].into_iter().flat_map(u32::to_le_bytes));
+        bytes
+    }
+
+    #[test]
+    fn a_file_is_read_as_it_was_written() {
+        let mesh = Mesh::parse(&file(), [16, 8]).unwrap();
+        assert_eq!(
+            (mesh.view.eye, mesh.view.target, mesh.view.up),
+            ([0.0, 1.0, 2.0], [3.0, 4.0, 5.0], [6.0, 7.0, 8.0])
+        );
+        assert_eq!((mesh.view.angle, mesh.view.light), (9.0, [10.0, 11.0, 12.0]));
+        assert_eq!(mesh.vertices(), [[0.0, 1.0, 2.0], [3.0, 4.0, 5.0], [6.0, 7.0, 8.0]]);
+        assert_eq!(mesh.corners(0), [[6.0, 7.0, 8.0], [3.0, 4.0, 5.0], [0.0, 1.0, 2.0]]);
+        assert_eq!((mesh.bounds().lower, mesh.bounds().upper), ([0.0, 1.0, 2.0], [6.0, 7.0, 8.0]));
+    }
+
+    #[test]
+    fn a_file_cut_short_anywhere_is_refused() {
+        let bytes = file();
+        for length in 0..bytes.len() {
+            assert!(Mesh::parse(&bytes[..length], [16, 8]).is_none(), "{length}");
+        }
+        assert!(Mesh::parse(&[&bytes[..], &[0]].concat(), [16, 8]).is_none());
+    }
+}

@@ -136,19 +136,25 @@ struct Surface {
     normal: Vector,
 }
 
-/// The primary hits, lifted off their triangles by 10^-5 of the scene.
+/// How far a hit is lifted off its triangle: what single precision cannot tell, with a margin, whatever the scene's size.
+#[inline(always)]
+pub fn lift(origin: Vector, t: f32) -> f32 {
+    let largest = origin.iter().fold(0.0f32, |largest, x| largest.max(x.abs()));
+    (2e-5 * t).max(1e-6 * largest)
+}
+
+/// The primary hits, lifted off their triangles.
 fn surfaces<'a>(mesh: &'a Mesh, rays: &'a [Ray], found: &'a [Found]) -> impl Iterator<Item = Surface> + 'a {
-    let offset = 1e-5 * diagonal(&mesh.bounds());
     rays.iter().zip(found).filter(|(_, (t, _))| t.is_finite()).map(move |(ray, &(t, triangle))| {
         let [a, b, c] = mesh.corners(triangle);
         let normal = unit(cross(unit(subtract(b, a)), unit(subtract(c, a))));
         let normal = if dot(normal, ray.direction) > 0.0 { normal.map(|x| -x) } else { normal };
-        let position = add_scaled(add_scaled(ray.origin, t, ray.direction), offset, normal);
+        let position = add_scaled(add_scaled(ray.origin, t, ray.direction), lift(ray.origin, t), normal);
         Surface { position, normal }
     })
 }
 
-pub fn diagonal(bounds: &Bounds) -> f32 {
+fn diagonal(bounds: &Bounds) -> f32 {
     length(subtract(bounds.upper, bounds.lower))
 }
 
@@ -215,4 +221,53 @@ pub fn random(mesh: &Mesh) -> Vec<Ray> {
             Ray { origin, t_min: 0.0, direction: unit(subtract(target, origin)), t_max: f32::INFINITY }
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_pixel_comes_once_and_packets_are_blocks() {
+        let (width, height) = (32, 16);
+        let mut seen = vec![false; width * height];
+        for place in 0..width * height {
+            let (x, y) = pixel(place, width);
+            assert!(!std::mem::replace(&mut seen[y * width + x], true));
+        }
+        for first in (0..width * height).step_by(16) {
+            let (left, bottom) = pixel(first, width);
+            for place in first..first + 16 {
+                let (x, y) = pixel(place, width);
+                assert!((left..left + 4).contains(&x) && (bottom..bottom + 4).contains(&y));
+            }
+        }
+    }
+
+    #[test]
+    fn the_pinhole_looks_at_its_target_through_the_middle() {
+        let view = View {
+            eye: [1.0, 2.0, 3.0],
+            target: [1.0, 2.0, -7.0],
+            up: [0.0, 1.0, 0.0],
+            angle: 90.0,
+            light: [0.0; 3],
+            width: 32,
+            height: 16,
+        };
+        let pinhole = Pinhole::new(&view);
+        assert_eq!(pinhole.ray(16.0, 8.0).direction, [0.0, 0.0, -1.0]);
+        let [x, y, z] = pinhole.ray(32.0, 16.0).direction;
+        assert!((x / -z - 2.0).abs() < 1e-6 && (y / -z - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn bounces_leave_the_surface_with_the_cosine_as_their_mean() {
+        let (mut random, normal) = (Random(1), unit([1.0, 2.0, -2.0]));
+        let cosines: Vec<_> = (0..100_000).map(|_| dot(cosine_weighted(&mut random, normal), normal)).collect();
+        assert!(cosines.iter().all(|cosine| *cosine > 0.0));
+        // The mean of the cosine under a density of cosine / pi is 2/3.
+        let mean = cosines.iter().sum::<f32>() / cosines.len() as f32;
+        assert!((mean - 2.0 / 3.0).abs() < 0.005, "{mean}");
+    }
 }
