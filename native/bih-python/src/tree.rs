@@ -1,6 +1,6 @@
 //! Trees and their queries.
 
-use bih_core::build::Layout;
+use bih_core::build::{Heuristic, Layout};
 use bih_core::geometry::Triangles;
 use bih_core::simd::FloatEnvironment;
 use bih_core::traverse::{Limits, RayBatch};
@@ -62,10 +62,11 @@ impl Tree {
             }
         };
         one_of("build", build, "eager")?;
-        one_of("heuristic", heuristic, "global")?;
+        let heuristic = named_heuristic(heuristic)?;
         one_of("precision", precision, "watertight")?;
-        if presort == Some(true) {
-            return Err(PyValueError::new_err("presort: this version has no bucket sort; leave it out"));
+        if presort == Some(true) && heuristic != Heuristic::Global {
+            let text = "presort: the bucket sort is of the cells of heuristic \"global\"; leave it out";
+            return Err(PyValueError::new_err(text));
         }
         let leaf_size = leaf_size.map(|size| count("leaf_size", size, 1)).transpose()?;
         let threads = count("threads", threads, 0)?;
@@ -79,7 +80,7 @@ impl Tree {
             .then(|| ThreadPoolBuilder::new().num_threads(threads).build())
             .transpose()
             .map_err(|error| BihError::new_err(format!("threads: {threads} could not be started ({error})")))?;
-        let options = BuildOptions { layout, leaf_size, ..Default::default() };
+        let options = BuildOptions { layout, heuristic, presort, leaf_size, ..Default::default() };
         let core = mesh.with_triangles(py, |triangles| {
             supervise(py, pool.as_ref(), progress, |control| bih_core::build(&triangles, &options, control))
         })??;
@@ -148,7 +149,12 @@ impl Tree {
     #[getter]
     fn stats(&self) -> Stats {
         let layout = if self.core.wide().is_some() { "wide" } else { "classic" };
-        Stats::new(self.core.stats(), layout, self.mesh.owned_bytes)
+        let heuristic = match self.core.heuristic() {
+            Heuristic::Global => "global",
+            Heuristic::Local => "local",
+            Heuristic::Sah => "sah",
+        };
+        Stats::new(self.core.stats(), layout, heuristic, self.mesh.owned_bytes)
     }
 
     /// (2, 3) lower and upper corner; inf and -inf where no triangle can be hit.
@@ -245,6 +251,19 @@ impl Tree {
     /// Call `read` with a view of the triangles.
     pub fn with_triangles<R>(&self, py: Python<'_>, read: impl FnOnce(Triangles<'_>) -> R) -> PyResult<R> {
         self.mesh.with_triangles(py, read)
+    }
+}
+
+/// The heuristic of that name.
+fn named_heuristic(name: &str) -> PyResult<Heuristic> {
+    match name {
+        "global" => Ok(Heuristic::Global),
+        "local" => Ok(Heuristic::Local),
+        "sah" => Ok(Heuristic::Sah),
+        _ => {
+            let text = format!("heuristic: {name:?} is not one; choose \"global\", \"local\" or \"sah\"");
+            Err(PyValueError::new_err(text))
+        }
     }
 }
 

@@ -5,7 +5,9 @@ mod avx2;
 mod dispatch;
 mod float_environment;
 mod lanes;
+mod prefetch;
 
 pub use dispatch::{InstructionSet, Kernel, dispatch, dispatch_to, instruction_sets};
 pub use float_environment::FloatEnvironment;
 pub use lanes::{Lanes, Mask, Scalar};
+pub use prefetch::prefetch;
