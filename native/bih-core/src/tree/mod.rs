@@ -16,7 +16,7 @@ pub use validate::validate;
 pub use visitor::{Visit, Visitor};
 pub use wide::{Child, Orders, Packed, Record, Target, WIDTH, Wide};
 
-use crate::build::Precision;
+use crate::build::{Heuristic, Precision};
 use crate::geometry::Bounds;
 
 /// Depth up to which a cell is halved; below it, ranges are split by object median.
@@ -38,6 +38,7 @@ pub struct Tree {
     pub(crate) rejected: usize,
     pub(crate) bounds: Bounds,
     pub(crate) precision: Precision,
+    pub(crate) heuristic: Heuristic,
     pub(crate) leaf_size: usize,
     pub(crate) stats: Stats,
 }
@@ -76,6 +77,11 @@ impl Tree {
     /// How rays are tested against its triangles.
     pub fn precision(&self) -> Precision {
         self.precision
+    }
+
+    /// Where ranges of triangles were split.
+    pub fn heuristic(&self) -> Heuristic {
+        self.heuristic
     }
 
     /// What the tree is and what it cost.
