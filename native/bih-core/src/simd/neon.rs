@@ -113,7 +113,7 @@ impl Lanes for Neon {
         }
     }
     #[inline(always)]
-    fn push(self, far: Self, words: &[u32; 8], order: u32, nears: &mut [f32; 8], pushed: &mut [u32; 8]) -> usize {
+    fn push(self, far: Self, words: &[u32; 8], order: u32, nears: &mut [f32; 8], pushed: &mut [u32; 8]) -> u8 {
         // SAFETY: as in `splat`.
         unsafe {
             let order = lane_numbers(order);
@@ -121,7 +121,7 @@ impl Lanes for Neon {
             let lanes = vtbl1_u8(order, vcreate_u8(SET_BITS[usize::from(hits)]));
             write(nears, permuted(self, lanes));
             write(bytemuck::cast_mut(pushed), permuted(Self::load(bytemuck::cast_ref(words)), lanes));
-            hits.count_ones() as usize
+            hits
         }
     }
 }

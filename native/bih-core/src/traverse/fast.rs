@@ -31,14 +31,19 @@ impl SingleRay {
         }
     }
 
-    /// Eight triangles: which of them are met between the ends, at which t, and the rest.
+    /// Eight triangles of a box that is entered at `near`: which of them are met between the ends, at which t, and the
+    /// rest.
+    ///
+    /// A ray meets no triangle before it enters the box, so what rounding put before is moved there: a box beyond the
+    /// nearest hit then holds no nearer one, and the answer does not depend on the order of boxes.
     #[inline(always)]
-    fn meet_eight<L: Lanes, R: Packed>(&self, scene: &Scene<R>, leaf: Leaf) -> (u8, L, Meeting<L>) {
+    fn meet_eight<L: Lanes, R: Packed>(&self, scene: &Scene<R>, leaf: Leaf, near: f32) -> (u8, L, Meeting<L>) {
         let vertices = scene.vertices(leaf);
         let meeting = Meeting::<L>::new(&splat(&self.origin), &splat(&self.direction), &vertices);
         // Dividing all costs less than a branch on whether any is inside.
-        let t = meeting.t.over(meeting.size);
-        let is_within = L::splat(self.t_min).at_most(t).and(t.at_most(L::splat(self.t_max)));
+        let met = meeting.t.over(meeting.size);
+        let t = met.maximum(L::splat(near));
+        let is_within = L::splat(self.t_min).at_most(met).and(t.at_most(L::splat(self.t_max)));
         (is_within.and(meeting.is_inside()).bits() & leaf.lanes(), t, meeting)
     }
 }
@@ -92,8 +97,8 @@ impl Search for FastClosest {
     }
 
     #[inline(always)]
-    fn test<L: Lanes, R: Packed>(&mut self, scene: &Scene<R>, leaf: Leaf) -> bool {
-        let (within, t, meeting) = self.ray.meet_eight::<L, R>(scene, leaf);
+    fn test<L: Lanes, R: Packed>(&mut self, scene: &Scene<R>, leaf: Leaf, near: f32) -> bool {
+        let (within, t, meeting) = self.ray.meet_eight::<L, R>(scene, leaf, near);
         if within == 0 {
             return false;
         }
@@ -149,8 +154,8 @@ impl Search for FastOccluded {
     }
 
     #[inline(always)]
-    fn test<L: Lanes, R: Packed>(&mut self, scene: &Scene<R>, leaf: Leaf) -> bool {
-        self.found = self.ray.meet_eight::<L, R>(scene, leaf).0 != 0;
+    fn test<L: Lanes, R: Packed>(&mut self, scene: &Scene<R>, leaf: Leaf, near: f32) -> bool {
+        self.found = self.ray.meet_eight::<L, R>(scene, leaf, near).0 != 0;
         self.found
     }
 

@@ -1,17 +1,19 @@
 //! Many rays in flight: while one waits for memory, others are worked on.
 
+use std::hint::select_unpredictable;
+
 use super::fast::{FastClosest, FastOccluded};
+use super::postponed::{DONE, Postponed};
 use super::scene::{Leaf, Scene};
 use super::search::Search;
 use super::slab::Slab;
-use super::stack::{WideStack, room};
 use super::watertight::{WatertightClosest, WatertightOccluded};
 use super::wide::{sort, walk_slowly};
 use super::{Hit, Stack, Uncounted, closest, occlusion};
 use crate::build::Precision;
 use crate::geometry::{Ray, Triangles};
 use crate::simd::Lanes;
-use crate::tree::{Child, Packed, Record, Tree, WIDTH};
+use crate::tree::{Child, Packed, Record, Tree};
 
 /// Rays that one thread has in flight: docs/decisions/rays-in-flight.md.
 const RAYS: usize = 32;
@@ -34,7 +36,7 @@ struct Flying<S> {
     /// What it tests next.
     word: u32,
     /// The end of its stack.
-    top: u32,
+    end: u32,
 }
 
 /// Which rays wait for the same kind of work.
@@ -77,55 +79,6 @@ impl Queues {
         self.records.add_if(!is_leaf && !is_done, ray);
         self.leaves.add_if(is_leaf, ray);
         self.done.add_if(is_done, ray);
-    }
-}
-
-/// Stands at the bottom of each stack, before any limit: a word that is no child.
-const DONE: u32 = Child::NONE;
-
-/// The stacks of all rays in flight, one behind another.
-struct Stacks {
-    nears: Vec<f32>,
-    words: Vec<u32>,
-    stride: usize,
-}
-
-impl Stacks {
-    fn new(depth: usize) -> Self {
-        let stride = room(depth) + 1;
-        let mut stacks = Self { nears: vec![0.0; RAYS * stride], words: vec![0; RAYS * stride], stride };
-        for ray in 0..RAYS {
-            stacks.nears[ray * stride] = f32::NEG_INFINITY;
-            stacks.words[ray * stride] = DONE;
-        }
-        stacks
-    }
-
-    /// Where the stack of a ray starts to grow.
-    #[inline(always)]
-    fn start(&self, ray: usize) -> u32 {
-        (ray * self.stride) as u32 + 1
-    }
-
-    /// Where the children of a record go.
-    #[inline(always)]
-    fn room(&mut self, top: u32) -> (&mut [f32; WIDTH], &mut [u32; WIDTH]) {
-        let range = top as usize..top as usize + WIDTH;
-        let nears = self.nears.get_mut(range.clone()).and_then(<[f32]>::first_chunk_mut);
-        let words = self.words.get_mut(range).and_then(<[u32]>::first_chunk_mut);
-        nears.zip(words).expect("a stack has room for a step at any depth of its tree")
-    }
-
-    /// The last one that begins before the limit, and the end of what is left; those behind it are dropped.
-    #[inline(always)]
-    fn pop(&self, mut top: u32, limit: f32) -> (u32, u32) {
-        loop {
-            top -= 1;
-            // The lowest entry is before any limit.
-            if self.nears[top as usize] <= limit {
-                return (self.words[top as usize], top);
-            }
-        }
     }
 }
 
@@ -183,13 +136,13 @@ fn fly<L: Lanes, S: Search, B: Packed, R: Rays<S::Answer>>(scene: &Scene<B>, ray
     let Some(first) = start::<S, B, R>(scene, rays) else { return };
     let mut flying = [first; RAYS];
     let mut space = Record::EMPTY;
-    let mut stacks = Stacks::new(scene.wide.depth);
+    let mut stacks = Postponed::new(RAYS, scene.wide.depth);
     let mut queues = Queues { records: Queue::new(), leaves: Queue::new(), done: Queue::new() };
-    flying[0].top = stacks.start(0);
+    flying[0].end = stacks.start(0);
     queues.records.add_if(true, 0);
     for (place, slot) in flying.iter_mut().enumerate().skip(1) {
         let Some(ray) = start::<S, B, R>(scene, rays) else { break };
-        *slot = Flying { top: stacks.start(place), ..ray };
+        *slot = Flying { end: stacks.start(place), ..ray };
         queues.records.add_if(true, place);
     }
     while queues.records.len | queues.leaves.len > 0 {
@@ -200,23 +153,25 @@ fn fly<L: Lanes, S: Search, B: Packed, R: Rays<S::Answer>>(scene: &Scene<B>, ray
             let record = scene.record::<L>(ray.word, &mut space);
             let limit = ray.search.limit();
             // First of all whether there is room: a check in between splits loads from their use.
-            let (nears, words) = stacks.room(ray.top);
+            let (nears, words) = stacks.room(ray.end);
             let (near, far) = ray.slab.clip::<L>(record, limit);
-            let count = near.push(far, record.words(), record.order(ray.slab.octant()), nears, words);
-            if !B::IS_ORDERED {
-                sort(nears, words, count);
-            }
-            let top = ray.top + count as u32;
-            (ray.word, ray.top) = stacks.pop(top, limit);
+            let order = record.order(ray.slab.octant());
+            let places = near.push(far, record.words(), order, nears, words);
+            (ray.word, ray.end) = if B::IS_ORDERED {
+                stacks.next(ray.end, places, record.last(order, places), limit)
+            } else {
+                sort(nears, words, places);
+                stacks.pop(ray.end + places.count_ones(), limit)
+            };
             scene.prefetch(ray.word);
             queues.add(number, ray.word);
         }
         for place in 0..std::mem::take(&mut queues.leaves.len) {
             let number = queues.leaves.get(place);
             let ray = &mut flying[number % RAYS];
-            let is_known = ray.search.test::<L, B>(scene, Leaf::new(ray.word));
-            let top = if is_known { stacks.start(number) } else { ray.top };
-            (ray.word, ray.top) = stacks.pop(top, ray.search.limit());
+            let is_known = ray.search.test::<L, B>(scene, Leaf::new(ray.word), stacks.near(ray.end));
+            let end = select_unpredictable(is_known, stacks.start(number), ray.end);
+            (ray.word, ray.end) = stacks.pop(end, ray.search.limit());
             scene.prefetch(ray.word);
             queues.add(number, ray.word);
         }
@@ -225,7 +180,7 @@ fn fly<L: Lanes, S: Search, B: Packed, R: Rays<S::Answer>>(scene: &Scene<B>, ray
             let ray = &mut flying[number % RAYS];
             rays.answer(ray.number, ray.search.answer(scene));
             if let Some(next) = start::<S, B, R>(scene, rays) {
-                *ray = Flying { top: stacks.start(number), ..next };
+                *ray = Flying { end: stacks.start(number), ..next };
                 queues.records.add_if(true, number);
             }
         }
@@ -239,9 +194,9 @@ fn start<S: Search, B: Packed, R: Rays<S::Answer>>(scene: &Scene<B>, rays: &mut 
         let (number, ray) = rays.next()?;
         let mut search = S::new(&ray, scene);
         if let Some(slab) = search.slab(&ray, scene) {
-            return Some(Flying { slab, search, number, word: 0, top: 0 });
+            return Some(Flying { slab, search, number, word: 0, end: 0 });
         }
-        walk_slowly::<S, Uncounted, B>(scene, &mut search, &mut WideStack::default(), &mut Uncounted);
+        walk_slowly::<S, Uncounted, B>(scene, &mut search, &mut Postponed::default(), &mut Uncounted);
         rays.answer(number, search.answer(scene));
     }
 }

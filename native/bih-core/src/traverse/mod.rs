@@ -10,6 +10,7 @@ mod interval;
 mod naive;
 mod occlusion;
 pub mod packet;
+mod postponed;
 mod scene;
 mod search;
 mod single;

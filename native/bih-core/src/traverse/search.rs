@@ -23,8 +23,8 @@ pub(super) trait Search: Copy {
     /// Past this nothing matters.
     fn limit(&self) -> f32;
 
-    /// Test the triangles of a leaf. Whether the answer is known now.
-    fn test<L: Lanes, R: Packed>(&mut self, scene: &Scene<R>, leaf: Leaf) -> bool;
+    /// Test the triangles of a leaf, whose box the ray enters at `near`. Whether the answer is known now.
+    fn test<L: Lanes, R: Packed>(&mut self, scene: &Scene<R>, leaf: Leaf, near: f32) -> bool;
 
     /// What was found.
     fn answer<R: Packed>(&self, scene: &Scene<R>) -> Self::Answer;

@@ -111,7 +111,10 @@ impl Slab {
         let is_near = ray.origin.iter().all(|x| x.abs() < f64::from(RANGE));
         // Written out: a loop over the axes would build the slab in memory, and copying what was just stored in pieces
         // stalls.
-        (ray.t_min >= 0.0 && is_near && scene.is_small).then(|| Self {
+        if !(ray.t_min >= 0.0 && is_near && scene.is_small) {
+            return None;
+        }
+        Some(Self {
             axes: [Axis::new(ray, 0), Axis::new(ray, 1), Axis::new(ray, 2)],
             t_min: round_down(ray.t_min),
             octant: octant(ray.direction.map(f64::is_sign_negative)),
@@ -122,7 +125,10 @@ impl Slab {
     #[inline(always)]
     pub(super) fn single<R>(ray: &SingleRay, scene: &Scene<R>) -> Option<Self> {
         let is_near = ray.origin.iter().all(|x| x.abs() < RANGE);
-        (ray.t_min >= 0.0 && is_near && scene.is_small).then(|| Self {
+        if !(ray.t_min >= 0.0 && is_near && scene.is_small) {
+            return None;
+        }
+        Some(Self {
             axes: [Axis::single(ray, 0), Axis::single(ray, 1), Axis::single(ray, 2)],
             t_min: ray.t_min,
             octant: octant(ray.direction.map(f32::is_sign_negative)),

@@ -63,7 +63,7 @@ impl Search for WatertightClosest {
     }
 
     #[inline(always)]
-    fn test<L: Lanes, R: Packed>(&mut self, scene: &Scene<R>, leaf: Leaf) -> bool {
+    fn test<L: Lanes, R: Packed>(&mut self, scene: &Scene<R>, leaf: Leaf, _: f32) -> bool {
         for lane in bits(candidates::<L, R>(&self.filter, scene, leaf, self.limit)) {
             self.nearest.offer(scene.row(leaf.first + lane), scene.corners(leaf, lane));
             self.limit = single(self.nearest.limit());
@@ -111,7 +111,7 @@ impl Search for WatertightOccluded {
     }
 
     #[inline(always)]
-    fn test<L: Lanes, R: Packed>(&mut self, scene: &Scene<R>, leaf: Leaf) -> bool {
+    fn test<L: Lanes, R: Packed>(&mut self, scene: &Scene<R>, leaf: Leaf, _: f32) -> bool {
         for lane in bits(candidates::<L, R>(&self.filter, scene, leaf, self.limit)) {
             if distance_within(&self.ray, &self.test, &scene.corners(leaf, lane)).is_some() {
                 self.found = true;

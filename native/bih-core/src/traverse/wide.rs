@@ -2,10 +2,10 @@
 
 use super::Counter;
 use super::interval::Crossing;
+use super::postponed::{DONE, Postponed};
 use super::scene::{Leaf, Scene};
 use super::search::Search;
 use super::slab::Slab;
-use super::stack::WideStack;
 use crate::geometry::{Ray, round_down};
 use crate::simd::{Lanes, Scalar};
 use crate::tree::{Child, Packed, Record, WIDTH};
@@ -15,7 +15,7 @@ use crate::tree::{Child, Packed, Record, WIDTH};
 pub(super) fn search<L: Lanes, S: Search, C: Counter, R: Packed>(
     scene: &Scene<R>,
     ray: &Ray,
-    stack: &mut WideStack,
+    stack: &mut Postponed,
     counter: &mut C,
 ) -> S::Answer {
     let mut search = S::new(ray, scene);
@@ -33,35 +33,35 @@ fn walk<L: Lanes, S: Search, C: Counter, R: Packed>(
     scene: &Scene<R>,
     slab: &Slab,
     search: &mut S,
-    stack: &mut WideStack,
+    stack: &mut Postponed,
     counter: &mut C,
 ) {
-    let mut stack = stack.emptied(scene.wide.depth);
+    stack.reserve(scene.wide.depth);
     let mut space = Record::EMPTY;
     let mut limit = search.limit();
-    let mut word = 0;
-    loop {
+    let (mut word, mut end) = (0, stack.start(0));
+    while word != DONE {
         counter.visit_node();
         if Child::is_leaf(word) {
             let leaf = Leaf::new(word);
             counter.test_triangles(leaf.count);
-            if search.test::<L, R>(scene, leaf) {
+            if search.test::<L, R>(scene, leaf, stack.near(end)) {
                 return;
             }
             limit = search.limit();
+            (word, end) = stack.pop(end, limit);
         } else {
             let record = scene.record::<L>(word, &mut space);
+            let order = record.order(slab.octant());
+            let (nears, words) = stack.room(end);
             let (near, far) = slab.clip::<L>(record, limit);
-            let (nears, words) = stack.room();
-            let count = near.push(far, record.words(), record.order(slab.octant()), nears, words);
-            if !R::IS_ORDERED {
-                sort(nears, words, count);
-            }
-            stack.grow(count);
-        }
-        match stack.pop(limit) {
-            Some(next) => word = next,
-            None => return,
+            let places = near.push(far, record.words(), order, nears, words);
+            (word, end) = if R::IS_ORDERED {
+                stack.next(end, places, record.last(order, places), limit)
+            } else {
+                sort(nears, words, places);
+                stack.pop(end + places.count_ones(), limit)
+            };
         }
     }
 }
@@ -73,39 +73,35 @@ fn walk<L: Lanes, S: Search, C: Counter, R: Packed>(
 pub(super) fn walk_slowly<S: Search, C: Counter, R: Packed>(
     scene: &Scene<R>,
     search: &mut S,
-    stack: &mut WideStack,
+    stack: &mut Postponed,
     counter: &mut C,
 ) {
     let ray = search.ray();
     let crossing = Crossing::new(&ray);
-    let mut stack = stack.emptied(scene.wide.depth);
+    stack.reserve(scene.wide.depth);
     let mut space = Record::EMPTY;
-    let mut word = 0;
-    loop {
+    let (mut word, mut end) = (0, stack.start(0));
+    while word != DONE {
         counter.visit_node();
         if Child::is_leaf(word) {
             let leaf = Leaf::new(word);
             counter.test_triangles(leaf.count);
-            if search.test::<Scalar, R>(scene, leaf) {
+            if search.test::<Scalar, R>(scene, leaf, stack.near(end)) {
                 return;
             }
         } else {
             let record = scene.record::<Scalar>(word, &mut space);
-            let (nears, words) = stack.room();
-            let count = push_slowly(&crossing, &ray, search.limit(), record, nears, words);
-            stack.grow(count);
+            let (nears, words) = stack.room(end);
+            end += push_slowly(&crossing, &ray, search.limit(), record, nears, words);
         }
-        match stack.pop(search.limit()) {
-            Some(next) => word = next,
-            None => return,
-        }
+        (word, end) = stack.pop(end, search.limit());
     }
 }
 
 /// Put what was pushed in the order of where it is entered, the nearest last.
 #[inline(always)]
-pub(super) fn sort(nears: &mut [f32; WIDTH], words: &mut [u32; WIDTH], count: usize) {
-    for end in 1..count.min(WIDTH) {
+pub(super) fn sort(nears: &mut [f32; WIDTH], words: &mut [u32; WIDTH], places: u8) {
+    for end in 1..places.count_ones() as usize {
         let mut place = end;
         while place > 0 && nears[place - 1] < nears[place] {
             nears.swap(place - 1, place);
@@ -122,9 +118,9 @@ fn push_slowly(
     record: &Record,
     nears: &mut [f32; WIDTH],
     words: &mut [u32; WIDTH],
-) -> usize {
+) -> u32 {
     let order = record.order(crossing.octant());
-    let mut count = 0;
+    let mut count = 0usize;
     for place in 0..WIDTH {
         let lane = (order >> (4 * place) & 7) as usize;
         let bounds = record.bounds(lane);
@@ -135,5 +131,5 @@ fn push_slowly(
             count += 1;
         }
     }
-    count
+    count as u32
 }

@@ -167,6 +167,13 @@ impl Record {
         bytemuck::cast_ref(&self.children)
     }
 
+    /// The word of the lane at the last of some places of an order; of the first place where there is none.
+    #[inline(always)]
+    pub fn last(&self, order: u32, places: u8) -> u32 {
+        let place = (places | 1).ilog2();
+        self.words()[(order >> (4 * place) & 7) as usize]
+    }
+
     /// The lanes from the farthest to the nearest for an octant of directions.
     #[inline(always)]
     pub fn order(&self, octant: usize) -> u32 {

@@ -336,13 +336,11 @@ impl<L: Lanes> Query<L> for Closest<'_, L> {
         if are_few(rays, leaf) {
             let near = near.store();
             for ray in bits(rays) {
-                crate::count!(10, 1);
                 is_shorter |= self.test_ray(&mut packet.limits, triangles, leaf, group, ray, near[ray]);
             }
         } else {
             let rays = L::mask(rays);
             for lane in 0..leaf.count {
-                crate::count!(11, 1);
                 let place = f32::from_bits((leaf.first + lane) as u32);
                 is_shorter |= self.test_triangle(&mut packet.limits, triangles, lane, place, group, rays, near);
             }
@@ -393,7 +391,6 @@ impl<L: Lanes> Query<L> for Occluded<'_, L> {
         if are_few(rays, leaf) {
             let near = near.store();
             for ray in bits(rays) {
-                crate::count!(10, 1);
                 let row = &self.rows[WIDTH * group + ray];
                 let (meeting, inside) = one_ray::<L>(row, triangles, leaf);
                 if inside != 0 {
@@ -407,7 +404,6 @@ impl<L: Lanes> Query<L> for Occluded<'_, L> {
             let Group { origin, direction, .. } = &self.groups[group];
             let mut alive = L::mask(rays);
             for lane in 0..leaf.count {
-                crate::count!(11, 1);
                 let meeting = Meeting::new(
                     origin,
                     direction,

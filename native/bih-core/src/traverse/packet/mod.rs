@@ -217,22 +217,3 @@ fn bits(mask: impl Into<u64>) -> impl Iterator<Item = usize> {
         (place < 64).then_some(place)
     })
 }
-//STATS-BEGIN
-#[cfg(packet_stats)]
-#[allow(missing_docs)]
-pub static STATS: [std::sync::atomic::AtomicU64; 16] = [const { std::sync::atomic::AtomicU64::new(0) }; 16];
-#[cfg(packet_stats)]
-#[allow(missing_docs)]
-#[macro_export]
-macro_rules! count {
-    ($i:expr, $n:expr) => {
-        $crate::traverse::packet::STATS[$i].fetch_add($n as u64, std::sync::atomic::Ordering::Relaxed);
-    };
-}
-#[cfg(not(packet_stats))]
-#[allow(missing_docs)]
-#[macro_export]
-macro_rules! count {
-    ($i:expr, $n:expr) => {};
-}
-//STATS-END

@@ -64,7 +64,6 @@ pub(super) fn walk<L: Lanes, Q: Query<L>>(
 ) {
     stack.resize(STACK_SIZE, Entry::default());
     let mut top = 0;
-    crate::count!(0, 1);
     let mut index = 0;
     let mut live = u8::MAX;
     loop {
@@ -107,11 +106,10 @@ fn descend<L: Lanes>(
     mut top: usize,
 ) -> usize {
     let record = &wide.records[index];
-    crate::count!(1, 1);
     let (near, far) = packet.whole.clip(&Sides::all(record, packet.octant), L::splat(packet.limit));
     let (mut nears, mut lanes) = ([0.0; WIDTH], [0; WIDTH]);
-    let count = near.push(far, &LANES, record.order(packet.octant), &mut nears, &mut lanes);
-    crate::count!(2, count);
+    let places = near.push(far, &LANES, record.order(packet.octant), &mut nears, &mut lanes);
+    let count = places.count_ones() as usize;
     for (&near, &lane) in nears.iter().zip(&lanes).take(count) {
         let groups = if count < CONFIRM {
             live
@@ -120,8 +118,6 @@ fn descend<L: Lanes>(
             let (near, far) = packet.groups.clip(&sides, L::load(&packet.group_limits));
             packet.confirmed(&sides, near.at_most(far).bits() & live)
         };
-        crate::count!(3, (groups != 0));
-        crate::count!(4, (groups as u8).count_ones());
         stack[top] = Entry { near, place: (index * WIDTH) as u32 | lane, groups };
         top += usize::from(groups != 0);
     }
@@ -134,8 +130,6 @@ fn visit<L: Lanes, Q: Query<L>>(packet: &mut Packet<'_, L>, leaf: &Leaf, sides: 
     let mut nears = [packet.groups.t_min; GROUPS];
     let mut rays = [0; GROUPS];
     let mut any = 0;
-    crate::count!(5, 1);
-    crate::count!(6, live.count_ones());
     for group in bits(live) {
         let (near, far) = packet.rays[group].clip(sides, L::load(&packet.limits[group]));
         nears[group] = near;
@@ -145,13 +139,10 @@ fn visit<L: Lanes, Q: Query<L>>(packet: &mut Packet<'_, L>, leaf: &Leaf, sides: 
     if any == 0 {
         return;
     }
-    crate::count!(7, 1);
     let triangles = query.prepare(leaf);
     let mut is_shorter = false;
     for group in bits(live) {
         if rays[group] != 0 {
-            crate::count!(8, 1);
-            crate::count!(9, rays[group].count_ones());
             is_shorter |= query.test(packet, leaf, &triangles, group, rays[group], nears[group]);
         }
     }
