@@ -24,7 +24,7 @@ help:
 	@echo "make preview [SCENE=my.blend]  trace the scene to build/preview.png and .exr, its tree to build/overlay.png"
 	@echo "make test                      all checks and tests (lint, types, test-rust, test-neon, test-address, test-python)"
 	@echo "make test-memory               what memory the core reads: AddressSanitizer, then Miri (two minutes)"
-	@echo "make package                   the extension's zip, in build/"
+	@echo "make package                   the extension's zip, in build/ (on Linux also with PLATFORM=linux-arm64)"
 	@echo "make real-blender              a Blender for the tests, where none is installed (Debian, as root)"
 	@echo "make format                    format Python and Rust"
 	@echo "make lock                      requirements*.lock from requirements*.in"
@@ -61,7 +61,7 @@ test-python: $(VENV)/.tests $(VENV)/.bihtree
 	$(BIN)/python -m pytest --quiet tests
 
 package: $(VENV)/.tests
-	@$(BIN)/python tools/package.py
+	@$(BIN)/python tools/package.py $(PLATFORM)
 
 real-blender: machine
 	@"$(PYTHON)" tools/real_blender.py
