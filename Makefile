@@ -12,11 +12,15 @@ endif
 NO_PYTHON := This machine lacks Python 3.11. To install: (Debian 12) apt-get install python3.11 python3.11-venv; \
 	elsewhere https://www.python.org/downloads/, then make PYTHON=/path/to/python3.11
 
+# The program that benchmarks are measured with, built apart from the product.
+HARNESS := $(CURDIR)/build/bench/target
+
 # Folders too: a file that is gone changes nothing but its folder.
 NATIVE := rust-toolchain.toml native/Cargo.toml native/Cargo.lock \
 	$(shell find native/bih-core native/bih-python \( -name target -o -name __pycache__ \) -prune -o -print)
 
-.PHONY: help preview test lint types test-rust test-neon test-address test-miri test-memory test-python package real-blender format lock clean machine test-machine
+.PHONY: help preview test bench bench-quick lint types test-rust test-neon test-address test-miri test-memory test-python \
+	package real-blender format lock clean machine test-machine
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
 
@@ -24,6 +28,8 @@ help:
 	@echo "make preview [SCENE=my.blend]  trace the scene to build/preview.png and .exr, its tree to build/overlay.png"
 	@echo "make test                      all checks and tests (lint, types, test-rust, test-neon, test-address, test-python)"
 	@echo "make test-memory               what memory the core reads: AddressSanitizer, then Miri (two minutes)"
+	@echo "make bench [BENCH='--scene bunny']  measure beside the peers (half an hour), write docs/benchmarks.md"
+	@echo "make bench-quick               the same on small scenes: answers and counts alone, for CI"
 	@echo "make package                   the extension's zip, in build/ (on Linux also with PLATFORM=linux-arm64)"
 	@echo "make real-blender              a Blender for the tests, where none is installed (Debian, as root)"
 	@echo "make format                    format Python and Rust"
@@ -36,11 +42,20 @@ preview: $(VENV)/.bihtree
 
 test: lint types test-rust test-neon test-address test-python
 
+# What was measured on these sources before is not measured again; BENCH=--help says more.
+bench: $(VENV)/.tests $(VENV)/.bihtree
+	@$(BIN)/python -m benchmarks $(BENCH)
+
+bench-quick: $(VENV)/.tests
+	@$(BIN)/python -m benchmarks --quick
+
 lint: $(VENV)/.tests | test-machine
 	$(BIN)/ruff check --quiet .
 	$(BIN)/ruff format --quiet --check .
 	cd native && cargo fmt --check
 	cd native && cargo clippy --quiet --locked --all-targets -- --deny warnings
+	cd benchmarks/harness && cargo fmt --check
+	cd benchmarks/harness && cargo clippy --quiet --locked --all-targets --target-dir $(HARNESS) -- --deny warnings
 
 types: $(VENV)/.tests $(VENV)/.bihtree
 	$(BIN)/mypy
@@ -48,6 +63,7 @@ types: $(VENV)/.tests $(VENV)/.bihtree
 
 test-rust: | test-machine
 	cd native && cargo test --quiet --locked --release
+	cd benchmarks/harness && cargo test --quiet --locked --release --target-dir $(HARNESS)
 
 # An emulated ARM processor, AddressSanitizer, and Miri: where one is missing it is said; with CI set it is an error.
 test-neon test-address test-miri: test-%: | test-machine
@@ -70,13 +86,14 @@ format: $(VENV)/.tests
 	$(BIN)/ruff check --quiet --fix .
 	$(BIN)/ruff format --quiet .
 	cd native && cargo fmt
+	cd benchmarks/harness && cargo fmt
 
 lock: $(VENV)/.tests
 	for name in requirements requirements-dev; do $(BIN)/uv pip compile --quiet --universal --python-version 3.11 \
 		--generate-hashes --no-annotate --custom-compile-command "make lock" --output-file $$name.lock $$name.in; done
 
 clean:
-	rm -rf build native/target
+	rm -rf build native/target benchmarks/harness/target
 
 machine:
 	@test -n "$(PYTHON)" || { echo "$(NO_PYTHON)" >&2; exit 1; }

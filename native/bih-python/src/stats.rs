@@ -50,13 +50,19 @@ const FIELDS: [&str; 18] = [
 ];
 
 impl Stats {
-    pub fn new(stats: &bih_core::tree::Stats, layout: &'static str, mesh_bytes: usize) -> Self {
+    pub fn new(
+        stats: &bih_core::tree::Stats,
+        layout: &'static str,
+        heuristic: &'static str,
+        precision: &'static str,
+        mesh_bytes: usize,
+    ) -> Self {
         Self {
             structure: "bih",
             layout,
             build: "eager",
-            heuristic: "global",
-            precision: "watertight",
+            heuristic,
+            precision,
             triangles: stats.triangles,
             nodes: stats.nodes,
             leaves: stats.leaves,
@@ -67,7 +73,7 @@ impl Stats {
             mesh_bytes,
             peak_build_bytes: stats.peak_build_bytes,
             build_seconds: stats.build_seconds,
-            presorted: false,
+            presorted: stats.presorted,
             left_out: stats.left_out.iter().cloned().collect(),
             rejected: stats.rejected,
         }

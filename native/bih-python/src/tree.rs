@@ -1,11 +1,11 @@
 //! Trees and their queries.
 
-use bih_core::build::Layout;
+use bih_core::build::{Heuristic, Layout, Precision};
 use bih_core::geometry::Triangles;
 use bih_core::simd::FloatEnvironment;
-use bih_core::traverse::{Limits, RayBatch};
+use bih_core::traverse::{Float, Limits, RayBatch};
 use bih_core::{BuildOptions, Control, Error, Tree as CoreTree, tree};
-use numpy::{PyArray, PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
+use numpy::{Element, PyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyByteArray};
@@ -56,16 +56,26 @@ impl Tree {
         let layout = match layout {
             "classic" => Layout::Classic,
             "wide" => Layout::Wide,
+            "compact" => Layout::Compact,
             _ => {
-                let text = format!("layout: {layout:?} is not in this version; choose \"wide\" or \"classic\"");
+                let text = format!("layout: {layout:?} is unknown; choose \"wide\", \"compact\" or \"classic\"");
                 return Err(PyValueError::new_err(text));
             }
         };
         one_of("build", build, "eager")?;
-        one_of("heuristic", heuristic, "global")?;
-        one_of("precision", precision, "watertight")?;
-        if presort == Some(true) {
-            return Err(PyValueError::new_err("presort: this version has no bucket sort; leave it out"));
+        let heuristic = named_heuristic(heuristic)?;
+        let precision = match precision {
+            "fast" => Precision::Fast,
+            "watertight" => Precision::Watertight,
+            _ => {
+                let text =
+                    format!("precision: {precision:?} is not in this version; choose \"watertight\" or \"fast\"");
+                return Err(PyValueError::new_err(text));
+            }
+        };
+        if presort == Some(true) && heuristic != Heuristic::Global {
+            let text = "presort: the bucket sort is of the cells of heuristic \"global\"; leave it out";
+            return Err(PyValueError::new_err(text));
         }
         let leaf_size = leaf_size.map(|size| count("leaf_size", size, 1)).transpose()?;
         let threads = count("threads", threads, 0)?;
@@ -79,7 +89,7 @@ impl Tree {
             .then(|| ThreadPoolBuilder::new().num_threads(threads).build())
             .transpose()
             .map_err(|error| BihError::new_err(format!("threads: {threads} could not be started ({error})")))?;
-        let options = BuildOptions { layout, leaf_size, ..Default::default() };
+        let options = BuildOptions { layout, heuristic, presort, precision, leaf_size };
         let core = mesh.with_triangles(py, |triangles| {
             supervise(py, pool.as_ref(), progress, |control| bih_core::build(&triangles, &options, control))
         })??;
@@ -99,12 +109,11 @@ impl Tree {
         t_max: Limit<'_>,
     ) -> PyResult<Hits> {
         let _standard = FloatEnvironment::standard();
-        let (is_double, hits, invalid) =
-            self.query(py, origins, directions, &t_min, &t_max, |core, triangles, rays, control| {
-                let hits = rays.closest(core, triangles, control)?;
-                Ok((triangles.is_double(), hits, rays.invalid()))
-            })?;
-        Ok(Hits::new(py, &hits, invalid, is_double))
+        if self.mesh.with_triangles(py, |triangles| triangles.is_double())? {
+            self.closest::<f64>(py, origins, directions, &t_min, &t_max)
+        } else {
+            self.closest::<f32>(py, origins, directions, &t_min, &t_max)
+        }
     }
 
     /// Whether each ray hits anything.
@@ -147,8 +156,21 @@ impl Tree {
     /// What the tree is and what it cost.
     #[getter]
     fn stats(&self) -> Stats {
-        let layout = if self.core.wide().is_some() { "wide" } else { "classic" };
-        Stats::new(self.core.stats(), layout, self.mesh.owned_bytes)
+        let layout = match (self.core.wide(), self.core.compact()) {
+            (Some(_), _) => "wide",
+            (_, Some(_)) => "compact",
+            _ => "classic",
+        };
+        let precision = match self.core.precision() {
+            Precision::Fast => "fast",
+            Precision::Watertight => "watertight",
+        };
+        let heuristic = match self.core.heuristic() {
+            Heuristic::Global => "global",
+            Heuristic::Local => "local",
+            Heuristic::Sah => "sah",
+        };
+        Stats::new(self.core.stats(), layout, heuristic, precision, self.mesh.owned_bytes)
     }
 
     /// (2, 3) lower and upper corner; inf and -inf where no triangle can be hit.
@@ -198,6 +220,21 @@ impl Tree {
 }
 
 impl Tree {
+    /// The nearest hit of each ray, in numbers of one precision.
+    fn closest<F: Float + Element>(
+        &self,
+        py: Python<'_>,
+        origins: &Bound<'_, PyAny>,
+        directions: &Bound<'_, PyAny>,
+        t_min: &Limit<'_>,
+        t_max: &Limit<'_>,
+    ) -> PyResult<Hits> {
+        let hits = self.query(py, origins, directions, t_min, t_max, |core, triangles, rays, control| {
+            Ok(rays.closest::<F>(core, triangles, control)?)
+        })?;
+        Ok(Hits::new(py, hits))
+    }
+
     /// Check the rays and hand them to `work` with the triangles, supervised where there are many.
     fn query<'py, T: Send>(
         &self,
@@ -211,21 +248,20 @@ impl Tree {
         let _standard = FloatEnvironment::standard();
         let origins = vectors("origins", origins)?;
         let directions = vectors("directions", directions)?;
-        let rays = origins.shape()[0];
-        if directions.shape()[0] != rays {
-            let others = directions.shape()[0];
+        let rays = origins.rows();
+        if directions.rows() != rays {
+            let others = directions.rows();
             return Err(GeometryError::new_err(format!("directions: {others} rows, but origins has {rays}")));
         }
         let (t_min, t_max) = (limits("t_min", t_min, rays)?, limits("t_max", t_max, rays)?);
-        let (origins, directions) = (origins.try_readonly()?, directions.try_readonly()?);
         let readonly = |limit: &LimitArray<'py>| match limit {
             LimitArray::All(_) => Ok(None),
             LimitArray::Each(array) => array.try_readonly().map(Some),
         };
         let (t_min_array, t_max_array) = (readonly(&t_min)?, readonly(&t_max)?);
         let batch = RayBatch {
-            origins: bytemuck::cast_slice(origins.as_slice()?),
-            directions: bytemuck::cast_slice(directions.as_slice()?),
+            origins: origins.view()?,
+            directions: directions.view()?,
             t_min: match (&t_min, &t_min_array) {
                 (LimitArray::All(limit), _) => Limits::All(*limit),
                 (_, array) => Limits::Each(array.as_ref().map_or(Ok(&[][..]), |array| array.as_slice())?),
@@ -245,6 +281,19 @@ impl Tree {
     /// Call `read` with a view of the triangles.
     pub fn with_triangles<R>(&self, py: Python<'_>, read: impl FnOnce(Triangles<'_>) -> R) -> PyResult<R> {
         self.mesh.with_triangles(py, read)
+    }
+}
+
+/// The heuristic of that name.
+fn named_heuristic(name: &str) -> PyResult<Heuristic> {
+    match name {
+        "global" => Ok(Heuristic::Global),
+        "local" => Ok(Heuristic::Local),
+        "sah" => Ok(Heuristic::Sah),
+        _ => {
+            let text = format!("heuristic: {name:?} is not one; choose \"global\", \"local\" or \"sah\"");
+            Err(PyValueError::new_err(text))
+        }
     }
 }
 

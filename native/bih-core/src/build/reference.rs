@@ -1,35 +1,75 @@
-//! What the construction sorts: the bounds of one triangle and its row.
+//! What the heuristics without a grid sort: the box of a triangle and its row.
 
-use crate::geometry::{Bounds, Triangles};
-use crate::intersect::has_no_area;
+use bytemuck::{Pod, Zeroable};
+use rayon::prelude::*;
 
-/// Bounds and row of a triangle; sorted in place, 28 bytes each.
-#[derive(Debug, Clone, Copy)]
+use super::accepted::{Accepted, CHUNK};
+use super::source::{Coordinate, Reading, Source, box_of, least, most, read};
+use crate::control::{Cancelled, Control};
+use crate::simd::{FloatEnvironment, Lanes};
+
+/// Nine numbers, as many as a triangle has in the rows of the leaves: references are sorted in the place of the rows that
+/// they are replaced by.
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
 pub struct Reference {
-    pub bounds: Bounds,
+    /// The lower corner with its signs turned, so that boxes are united by maxima alone; 0; the upper corner; 0.
+    numbers: [f32; 8],
     pub row: u32,
 }
 
 impl Reference {
-    /// Twice the centre of the bounds, without a rounding that the split rule would notice.
+    fn new(lower: [f32; 3], upper: [f32; 3], row: u32) -> Self {
+        let numbers = [-lower[0], -lower[1], -lower[2], 0.0, upper[0], upper[1], upper[2], 0.0];
+        Self { numbers, row }
+    }
+
     #[inline(always)]
-    pub fn doubled_centre(&self, axis: usize) -> f64 {
-        f64::from(self.bounds.lower[axis]) + f64::from(self.bounds.upper[axis])
+    pub fn lanes<L: Lanes>(&self) -> L {
+        L::load(&self.numbers)
+    }
+
+    /// Half the centre of the box, which no coordinate is too large for; 0.
+    #[inline(always)]
+    pub fn half_centre(&self) -> [f32; 4] {
+        std::array::from_fn(|axis| 0.25 * self.numbers[axis + 4] - 0.25 * self.numbers[axis])
     }
 }
 
-/// References of the triangles that a ray can hit, and the rows of those that none can: a coordinate that is not
-/// finite, or no area.
-pub fn collect(triangles: &Triangles) -> (Vec<Reference>, Vec<u32>) {
-    let mut references = Vec::with_capacity(triangles.len());
-    let mut rejected = Vec::new();
-    for row in 0..triangles.len() as u32 {
-        let corners = triangles.corners(row);
-        if corners.iter().flatten().all(|x| x.is_finite()) && !has_no_area(&corners) {
-            references.push(Reference { bounds: Bounds::of_triangle(&corners), row });
-        } else {
-            rejected.push(row);
+/// One for each accepted row, in their order.
+pub fn collect(accepted: &Accepted, references: &mut [Reference], control: &Control) -> Result<(), Cancelled> {
+    accepted.chunks(CHUNK, references).into_par_iter().try_for_each(|(rows, mut references)| {
+        let _standard = FloatEnvironment::standard();
+        control.check()?;
+        for run in accepted.runs(rows) {
+            let (mine, rest) = references.split_at_mut(run.len());
+            read(accepted.triangles, Collect { first: run.start, references: mine });
+            references = rest;
+        }
+        Ok(())
+    })
+}
+
+struct Collect<'a> {
+    first: usize,
+    references: &'a mut [Reference],
+}
+
+impl Reading for Collect<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Source>(self, source: S) {
+        for (row, reference) in (self.first..).zip(self.references) {
+            let [lower, upper] = box_of(&source.corners(row));
+            let [lower, upper] = [lower.map(Coordinate::below), upper.map(Coordinate::above)];
+            *reference = Reference::new(lower.map(finite), upper.map(finite), row as u32);
         }
     }
-    (references, rejected)
+}
+
+/// Boxes rounded outward from doubles may be infinite; centres may not.
+#[inline(always)]
+fn finite(x: f32) -> f32 {
+    least(most(x, f32::MIN), f32::MAX)
 }

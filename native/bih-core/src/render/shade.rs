@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use crate::geometry::{Ray, Triangles, Vector, add_scaled, dot, normalise, subtract};
 use crate::simd::Lanes;
+use crate::traverse::packet::{self, PACKET};
 use crate::traverse::{Stack, Uncounted, occluded};
 use crate::tree::Tree;
 
@@ -52,38 +53,80 @@ pub(super) struct Surface {
 }
 
 impl Lighting {
-    /// Radiance towards the viewer who looks along `view`.
+    /// Radiance of some surfaces, at most a packet of them, towards the viewers who look along `views`.
     #[inline(always)]
     pub(super) fn shade<L: Lanes>(
         &self,
         tree: &Tree,
         triangles: &Triangles,
-        surface: &Surface,
-        view: &Vector,
+        surfaces: &[Surface],
+        views: &[Vector],
         stack: &mut Stack,
-    ) -> [f64; 3] {
-        let facing = dot(&surface.normal, view).abs();
-        if self.lights.is_empty() {
-            return [HEADLIGHT * ALBEDO * facing; 3];
+    ) -> [[f64; 3]; PACKET] {
+        let mut radiance = [[0.0; 3]; PACKET];
+        let ambient = if self.lights.is_empty() { HEADLIGHT } else { FILL };
+        for ((radiance, surface), view) in radiance.iter_mut().zip(surfaces).zip(views) {
+            *radiance = [ambient * ALBEDO * dot(&surface.normal, view).abs(); 3];
         }
-        let mut radiance = [FILL * ALBEDO * facing; 3];
         for light in &self.lights {
-            let (to_light, t_max, irradiance) = light.at(&surface.position);
-            let cosine = dot(&normalise(&to_light), &surface.normal);
-            if cosine <= 0.0 {
-                continue;
-            }
-            let shadow_ray = Ray { t_max, ..Ray::new(lifted(surface), to_light) };
-            let is_hidden = self.shadows
-                && shadow_ray.is_valid()
-                && occluded::<L, _>(tree, triangles, &shadow_ray, stack, &mut Uncounted);
-            if !is_hidden {
-                for (channel, irradiance) in radiance.iter_mut().zip(irradiance) {
-                    *channel += ALBEDO / PI * irradiance * cosine;
+            let lit = Lit::by(light, surfaces);
+            let hidden = if self.shadows { lit.hidden::<L>(tree, triangles, stack) } else { 0 };
+            for i in (0..lit.len).filter(|i| hidden >> i & 1 == 0) {
+                for (channel, irradiance) in radiance[lit.surfaces[i]].iter_mut().zip(lit.irradiance[i]) {
+                    *channel += ALBEDO / PI * irradiance * lit.cosines[i];
                 }
             }
         }
         radiance
+    }
+}
+
+/// The surfaces that face a light, and the rays to it.
+struct Lit {
+    len: usize,
+    surfaces: [usize; PACKET],
+    irradiance: [[f64; 3]; PACKET],
+    cosines: [f64; PACKET],
+    rays: [Ray; PACKET],
+}
+
+impl Lit {
+    fn by(light: &Light, surfaces: &[Surface]) -> Self {
+        let mut lit = Self {
+            len: 0,
+            surfaces: [0; PACKET],
+            irradiance: [[0.0; 3]; PACKET],
+            cosines: [0.0; PACKET],
+            rays: [Ray::new([0.0; 3], [0.0; 3]); PACKET],
+        };
+        for (i, surface) in surfaces.iter().enumerate() {
+            let (to_light, t_max, irradiance) = light.at(&surface.position);
+            let cosine = dot(&normalise(&to_light), &surface.normal);
+            if cosine > 0.0 {
+                lit.surfaces[lit.len] = i;
+                lit.irradiance[lit.len] = irradiance;
+                lit.cosines[lit.len] = cosine;
+                lit.rays[lit.len] = Ray { t_max, ..Ray::new(lifted(surface), to_light) };
+                lit.len += 1;
+            }
+        }
+        lit
+    }
+
+    /// Those before which something stands, one bit each.
+    #[inline(always)]
+    fn hidden<L: Lanes>(&self, tree: &Tree, triangles: &Triangles, stack: &mut Stack) -> u64 {
+        let rays = &self.rays[..self.len];
+        if packet::is_coherent(tree, rays) {
+            return packet::occluded::<L>(tree, triangles, rays, stack);
+        }
+        let mut hidden = 0;
+        for (i, ray) in rays.iter().enumerate() {
+            if ray.is_valid() {
+                hidden |= u64::from(occluded::<L, _>(tree, triangles, ray, stack, &mut Uncounted)) << i;
+            }
+        }
+        hidden
     }
 }
 

@@ -6,13 +6,16 @@ use super::camera::sample_offset;
 use super::shade::{Lighting, Surface};
 use super::{Camera, Passes, Pixel};
 use crate::control::{Cancelled, Control};
-use crate::geometry::{Ray, Triangles, add_scaled, cross, dot, normalise, subtract};
+use crate::geometry::{Ray, Triangles, Vector, add_scaled, cross, dot, normalise, subtract};
 use crate::simd::{FloatEnvironment, Kernel, Lanes, dispatch};
+use crate::traverse::packet::{self, PACKET};
 use crate::traverse::{Counts, Hit, Stack, closest};
 use crate::tree::Tree;
 
 /// Side of a tile in pixels: some milliseconds of work a sample.
 const TILE: u32 = 32;
+/// Side of what is traced as one packet.
+const BLOCK: usize = 8;
 
 /// A part of the picture in pixels from the lower left.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -40,6 +43,8 @@ pub struct RenderOptions {
     pub lighting: Lighting,
     /// Whether colours are wanted; without, only the first sample is traced and nothing shaded.
     pub combined: bool,
+    /// Whether the work of the rays through the centres is wanted: they are traced once more, one by one.
+    pub cost: bool,
 }
 
 /// Trace one picture.
@@ -98,61 +103,146 @@ impl Kernel for TileKernel<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) -> Self::Output {
-        let Self { tree, triangles, camera, options, tile, control } = self;
         let mut stack = Stack::default();
-        let mut pixels = Vec::with_capacity((tile.width * tile.height) as usize);
-        for y in tile.y..tile.y + tile.height {
-            // With many samples a tile takes long.
-            control.check()?;
-            for x in tile.x..tile.x + tile.width {
-                pixels.push(trace_pixel::<L>(tree, triangles, camera, options, x, y, &mut stack));
+        let (width, height) = (self.tile.width as usize, self.tile.height as usize);
+        let mut pixels = vec![Pixel::MISS; width * height];
+        for y in (0..height).step_by(BLOCK) {
+            for x in (0..width).step_by(BLOCK) {
+                // With many samples a tile takes long.
+                self.control.check()?;
+                let block = Block::new(x, y, width, height);
+                let traced = self.trace_block::<L>(&block, &mut stack);
+                for (&[x, y], pixel) in block.places().iter().zip(traced) {
+                    pixels[y * width + x] = pixel;
+                }
             }
         }
         Ok(pixels)
     }
 }
 
-#[inline(always)]
-fn trace_pixel<L: Lanes>(
-    tree: &Tree,
-    triangles: &Triangles,
-    camera: &Camera,
-    options: &RenderOptions,
-    x: u32,
-    y: u32,
-    stack: &mut Stack,
-) -> Pixel {
-    // No closures: see `Kernel`.
-    let mut pixel = Pixel::MISS;
-    let mut sum = [0.0; 4];
-    let samples = if options.combined { options.samples } else { 1 };
-    for sample in 0..samples {
-        let ray = camera.ray(x, y, sample_offset(sample, options.seed));
-        if !ray.is_valid() {
-            continue;
-        }
-        let mut counts = Counts::default();
-        let hit = closest::<L, _>(tree, triangles, &ray, stack, &mut counts);
-        if sample == 0 {
-            pixel.cost = [counts.nodes as f32, counts.triangles as f32];
-        }
-        let Some(hit) = hit else { continue };
-        let surface = surface(triangles, &ray, &hit);
-        if sample == 0 {
-            pixel.depth = camera.depth(&surface.position) as f32;
-            pixel.normal = surface.normal.map(|x| x as f32);
-            pixel.position = surface.position.map(|x| x as f32);
-            pixel.triangle = hit.triangle as i32;
-        }
-        if options.combined {
-            let [red, green, blue] = options.lighting.shade::<L>(tree, triangles, &surface, &ray.direction, stack);
-            for (sum, value) in sum.iter_mut().zip([red, green, blue, 1.0]) {
-                *sum += value;
+/// Places in a tile, those near to each other side by side.
+struct Block {
+    places: [[usize; 2]; PACKET],
+    len: usize,
+}
+
+impl Block {
+    /// The part within the tile of `BLOCK` columns from x and as many rows from y.
+    fn new(x: usize, y: usize, width: usize, height: usize) -> Self {
+        let mut block = Self { places: [[0; 2]; PACKET], len: 0 };
+        for i in 0..PACKET {
+            // The bits of column and row in turn: eight pixels are four by two, sixteen four by four.
+            let place = [x + (i & 1 | i >> 1 & 2 | i >> 2 & 4), y + (i >> 1 & 1 | i >> 2 & 2 | i >> 3 & 4)];
+            if place[0] < width && place[1] < height {
+                block.places[block.len] = place;
+                block.len += 1;
             }
         }
+        block
     }
-    pixel.combined = sum.map(|x| (x / f64::from(samples)) as f32);
-    pixel
+
+    fn places(&self) -> &[[usize; 2]] {
+        &self.places[..self.len]
+    }
+}
+
+impl TileKernel<'_> {
+    #[inline(always)]
+    fn trace_block<L: Lanes>(&self, block: &Block, stack: &mut Stack) -> [Pixel; PACKET] {
+        // No closures: see `Kernel`.
+        let Self { tree, triangles, camera, options, tile, .. } = self;
+        let mut pixels = [Pixel::MISS; PACKET];
+        let mut sums = [[0.0; 4]; PACKET];
+        let mut rays = [Ray::new([0.0; 3], [0.0; 3]); PACKET];
+        let mut hits = [None; PACKET];
+        let samples = if options.combined { options.samples } else { 1 };
+        let len = block.len;
+        for sample in 0..samples {
+            let offset = sample_offset(sample, options.seed);
+            for (ray, &[x, y]) in rays.iter_mut().zip(block.places()) {
+                *ray = camera.ray(tile.x + x as u32, tile.y + y as u32, offset);
+            }
+            packet::closest::<L>(tree, triangles, &rays[..len], stack, &mut hits[..len]);
+            let mut found = Found::new();
+            for (i, (ray, hit)) in rays.iter().zip(&hits).enumerate().take(len) {
+                if let Some(hit) = hit {
+                    found.push(i, &surface(triangles, ray, hit), &ray.direction);
+                }
+            }
+            if sample == 0 {
+                for (&i, surface) in found.pixels().iter().zip(found.surfaces()) {
+                    let pixel = &mut pixels[i];
+                    pixel.depth = camera.depth(&surface.position) as f32;
+                    pixel.normal = surface.normal.map(|x| x as f32);
+                    pixel.position = surface.position.map(|x| x as f32);
+                    pixel.triangle = hits[i].map_or(-1, |hit| hit.triangle as i32);
+                }
+                if options.cost {
+                    for (pixel, ray) in pixels.iter_mut().zip(&rays[..len]) {
+                        pixel.cost = cost::<L>(tree, triangles, ray, stack);
+                    }
+                }
+            }
+            if options.combined {
+                let lighting = &options.lighting;
+                let radiance = lighting.shade::<L>(tree, triangles, found.surfaces(), found.views(), stack);
+                for (&i, [red, green, blue]) in found.pixels().iter().zip(radiance) {
+                    for (sum, value) in sums[i].iter_mut().zip([red, green, blue, 1.0]) {
+                        *sum += value;
+                    }
+                }
+            }
+        }
+        for (pixel, sum) in pixels.iter_mut().zip(&sums) {
+            pixel.combined = sum.map(|x| (x / f64::from(samples)) as f32);
+        }
+        pixels
+    }
+}
+
+/// What is hit in a block, and through which of its pixels.
+struct Found {
+    len: usize,
+    pixels: [usize; PACKET],
+    surfaces: [Surface; PACKET],
+    views: [Vector; PACKET],
+}
+
+impl Found {
+    fn new() -> Self {
+        let surface = Surface { position: [0.0; 3], normal: [0.0; 3], error: 0.0 };
+        Self { len: 0, pixels: [0; PACKET], surfaces: [surface; PACKET], views: [[0.0; 3]; PACKET] }
+    }
+
+    fn push(&mut self, pixel: usize, surface: &Surface, view: &Vector) {
+        self.pixels[self.len] = pixel;
+        self.surfaces[self.len] = *surface;
+        self.views[self.len] = *view;
+        self.len += 1;
+    }
+
+    fn pixels(&self) -> &[usize] {
+        &self.pixels[..self.len]
+    }
+
+    fn surfaces(&self) -> &[Surface] {
+        &self.surfaces[..self.len]
+    }
+
+    fn views(&self) -> &[Vector] {
+        &self.views[..self.len]
+    }
+}
+
+/// Nodes visited and triangles tested by a ray on its own.
+#[inline(always)]
+fn cost<L: Lanes>(tree: &Tree, triangles: &Triangles, ray: &Ray, stack: &mut Stack) -> [f32; 2] {
+    let mut counts = Counts::default();
+    if ray.is_valid() {
+        closest::<L, _>(tree, triangles, ray, stack, &mut counts);
+    }
+    [counts.nodes as f32, counts.triangles as f32]
 }
 
 fn surface(triangles: &Triangles, ray: &Ray, hit: &Hit) -> Surface {

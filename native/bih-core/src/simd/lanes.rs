@@ -16,10 +16,19 @@ pub trait Mask: Copy {
 pub trait Lanes: Copy {
     /// Which lanes.
     type Mask: Mask;
+    /// The lanes whose bits are set.
+    fn mask(bits: u8) -> Self::Mask;
     /// The same number in each lane.
     fn splat(x: f32) -> Self;
     /// From memory of any alignment.
     fn load(values: &[f32; 8]) -> Self;
+    /// Whole numbers from 0 to 255.
+    fn from_bytes(bytes: &[u8; 8]) -> Self;
+    /// Each rounded to nearest.
+    #[inline(always)]
+    fn rounded(values: &[f64; 8]) -> Self {
+        Self::load(&values.map(|x| x as f32))
+    }
     /// To memory.
     fn store(self) -> [f32; 8];
     /// self + other
@@ -51,6 +60,27 @@ pub trait Lanes: Copy {
     fn smallest(self) -> f32;
     /// The largest of the eight; none is NaN. As `smallest`, by `maximum`.
     fn largest(self) -> f32;
+    /// Rows become columns: lane j of row i comes to lane i of row j.
+    #[inline(always)]
+    fn transposed(rows: [Self; 8]) -> [Self; 8] {
+        let mut columns = [[0.0; 8]; 8];
+        for (i, row) in rows.into_iter().enumerate() {
+            for (column, x) in columns.iter_mut().zip(row.store()) {
+                column[i] = x;
+            }
+        }
+        let [a, b, c, d, e, f, g, h] = columns;
+        [
+            Self::load(&a),
+            Self::load(&b),
+            Self::load(&c),
+            Self::load(&d),
+            Self::load(&e),
+            Self::load(&f),
+            Self::load(&g),
+            Self::load(&h),
+        ]
+    }
     /// What a stack is given: of the lanes in `order` (eight numbers of four bits, the first in the lowest) those with
     /// `self <= far`, their `self` and their word. The arrays behind the last one hold anything. Answers how many.
     fn push(self, far: Self, words: &[u32; 8], order: u32, nears: &mut [f32; 8], pushed: &mut [u32; 8]) -> usize;
@@ -119,12 +149,20 @@ impl Mask for u8 {
 impl Lanes for Scalar {
     type Mask = u8;
     #[inline(always)]
+    fn mask(bits: u8) -> u8 {
+        bits
+    }
+    #[inline(always)]
     fn splat(x: f32) -> Self {
         Self([x; 8])
     }
     #[inline(always)]
     fn load(values: &[f32; 8]) -> Self {
         Self(*values)
+    }
+    #[inline(always)]
+    fn from_bytes(bytes: &[u8; 8]) -> Self {
+        Self(bytes.map(f32::from))
     }
     #[inline(always)]
     fn store(self) -> [f32; 8] {
@@ -239,10 +277,19 @@ mod tests {
                 let masks = [most, less, most.and(less), most.or(less), most.and_not(less)];
                 bits.extend(masks.map(|mask| u32::from(mask.bits())));
                 bits.extend(a.select(less, b).store().map(canonical));
+                let given = L::mask(0b1011_0010u8.rotate_left(shift as u32));
+                bits.push(u32::from(given.bits()));
+                bits.extend(a.select(given.and(most), b).store().map(canonical));
                 let finite = L::load(&turned.map(|x| if x.is_nan() { 7.0 } else { x }));
                 let zeros = L::load(&turned.map(|x| if x > 0.0 { 0.0 } else { -0.0 }));
                 for lanes in [finite, zeros] {
                     bits.extend([lanes.smallest(), lanes.largest()].map(f32::to_bits));
+                }
+                let doubles = turned.map(|x| f64::from(x) * (1.0 + f64::EPSILON) + 1e-9);
+                bits.extend(L::rounded(&doubles).store().map(canonical));
+                let rows = L::transposed([a, b, a.plus(b), a.minus(b), L::splat(0.5), b, a.times(b), a]);
+                for row in rows {
+                    bits.extend(row.store().map(canonical));
                 }
                 for order in [0x7654_3210, 0x0123_4567, 0x2706_1435u32.rotate_left(4 * shift as u32)] {
                     let (mut nears, mut pushed) = ([0.0; 8], [0; 8]);
@@ -254,6 +301,13 @@ mod tests {
             }
             bits
         }
+    }
+
+    #[test]
+    fn rows_become_columns() {
+        let rows: [[f32; 8]; 8] = std::array::from_fn(|i| std::array::from_fn(|j| (10 * i + j) as f32));
+        let columns = Scalar::transposed(rows.map(Scalar)).map(|column| column.0);
+        assert!((0..64).all(|i| columns[i / 8][i % 8] == rows[i % 8][i / 8]));
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! What a ray has put off.
 
-use super::wide::Postponed;
-use crate::tree::MAX_DEPTH;
+use super::packet;
+use crate::tree::{MAX_DEPTH, WIDTH};
 
 /// A node to visit later, and the part of the ray that lies in it.
 #[derive(Debug, Clone, Copy, Default)]
@@ -18,17 +18,14 @@ pub(super) struct Entry {
 pub struct Stack {
     entries: [Entry; MAX_DEPTH as usize],
     len: usize,
-    /// For wide records: at most seven a level.
-    pub(super) wide: Vec<Postponed>,
+    pub(super) wide: WideStack,
+    /// For packets.
+    pub(super) packet: Vec<packet::Entry>,
 }
 
 impl Default for Stack {
     fn default() -> Self {
-        Self {
-            entries: [Entry::default(); MAX_DEPTH as usize],
-            len: 0,
-            wide: Vec::with_capacity(8 * MAX_DEPTH as usize),
-        }
+        Self { entries: [Entry::default(); MAX_DEPTH as usize], len: 0, wide: WideStack::default(), packet: Vec::new() }
     }
 }
 
@@ -48,5 +45,65 @@ impl Stack {
     pub(super) fn pop(&mut self) -> Option<Entry> {
         self.len = self.len.checked_sub(1)?;
         Some(self.entries[self.len])
+    }
+}
+
+/// Entries that a walk over records of this depth puts off at most: a step down takes one and adds `WIDTH`.
+pub(super) const fn room(depth: usize) -> usize {
+    (WIDTH - 1) * depth + 1
+}
+
+/// Room for children of wide records: where they are entered, and their words.
+#[derive(Debug, Clone, Default)]
+pub(super) struct WideStack {
+    nears: Vec<f32>,
+    words: Vec<u32>,
+}
+
+impl WideStack {
+    /// For a walk over records of this depth.
+    #[inline(always)]
+    pub(super) fn emptied(&mut self, depth: usize) -> Postponed<'_> {
+        let room = room(depth);
+        if self.nears.len() < room {
+            self.nears.resize(room, 0.0);
+            self.words.resize(room, 0);
+        }
+        Postponed { nears: &mut self.nears, words: &mut self.words, len: 0 }
+    }
+}
+
+/// The children that one ray has put off.
+pub(super) struct Postponed<'a> {
+    nears: &'a mut [f32],
+    words: &'a mut [u32],
+    len: usize,
+}
+
+impl<'a> Postponed<'a> {
+    /// Where the children of a record go.
+    #[inline(always)]
+    pub(super) fn room(&mut self) -> (&mut [f32; WIDTH], &mut [u32; WIDTH]) {
+        let nears = self.nears.get_mut(self.len..).and_then(<[f32]>::first_chunk_mut);
+        let words = self.words.get_mut(self.len..).and_then(<[u32]>::first_chunk_mut);
+        nears.zip(words).expect("a stack has room for a step at any depth of its tree")
+    }
+
+    /// This many were put there.
+    #[inline(always)]
+    pub(super) fn grow(&mut self, count: usize) {
+        self.len += count;
+    }
+
+    /// The last one that begins before the limit; those behind it are dropped.
+    #[inline(always)]
+    pub(super) fn pop(&mut self, limit: f32) -> Option<u32> {
+        while self.len > 0 {
+            self.len -= 1;
+            if self.nears[self.len] <= limit {
+                return Some(self.words[self.len]);
+            }
+        }
+        None
     }
 }

@@ -1,0 +1,161 @@
+//! Searches in single precision.
+
+use super::Hit;
+use super::scene::{Leaf, Scene, bits};
+use super::search::Search;
+use super::slab::Slab;
+use crate::geometry::{Ray, round_down, round_up};
+use crate::intersect::{Meeting, SingleHit, SingleRay};
+use crate::simd::{Lanes, Mask};
+use crate::tree::Packed;
+
+impl SingleRay {
+    /// The nearest ray of single precision, and those t of single precision that count.
+    #[inline(always)]
+    pub fn new(ray: &Ray) -> Self {
+        Self {
+            origin: ray.origin.map(|x| x as f32),
+            direction: ray.direction.map(|x| x as f32),
+            t_min: round_up(ray.t_min).max(f32::MIN),
+            t_max: round_down(ray.t_max).min(f32::MAX),
+        }
+    }
+
+    /// The same in double precision.
+    pub(super) fn widened(&self) -> Ray {
+        Ray {
+            origin: self.origin.map(f64::from),
+            direction: self.direction.map(f64::from),
+            t_min: f64::from(self.t_min),
+            t_max: f64::from(self.t_max),
+        }
+    }
+
+    /// Eight triangles: which of them are met between the ends, at which t, and the rest.
+    #[inline(always)]
+    fn meet_eight<L: Lanes, R: Packed>(&self, scene: &Scene<R>, leaf: Leaf) -> (u8, L, Meeting<L>) {
+        let vertices = scene.vertices(leaf);
+        let meeting = Meeting::<L>::new(&splat(&self.origin), &splat(&self.direction), &vertices);
+        // Dividing all costs less than a branch on whether any is inside.
+        let t = meeting.t.over(meeting.size);
+        let is_within = L::splat(self.t_min).at_most(t).and(t.at_most(L::splat(self.t_max)));
+        (is_within.and(meeting.is_inside()).bits() & leaf.lanes(), t, meeting)
+    }
+}
+
+#[inline(always)]
+pub(super) fn splat<L: Lanes>(values: &[f32; 3]) -> [L; 3] {
+    [L::splat(values[0]), L::splat(values[1]), L::splat(values[2])]
+}
+
+/// The nearest hit.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct FastClosest {
+    /// Ends at the nearest hit so far.
+    ray: SingleRay,
+    /// That hit's reference; none yet where it is `NONE`.
+    best: usize,
+    /// Its weights, and what divides them.
+    weights: [f32; 3],
+}
+
+const NONE: usize = usize::MAX;
+
+impl FastClosest {
+    /// Whether a hit at `t` comes before the nearest so far.
+    #[inline(always)]
+    fn precedes<R: Packed>(&self, t: f32, reference: usize, scene: &Scene<R>) -> bool {
+        t < self.ray.t_max || self.best == NONE || scene.row(reference) < scene.row(self.best)
+    }
+}
+
+impl Search for FastClosest {
+    type Answer = Option<Hit>;
+
+    #[inline(always)]
+    fn new<R: Packed>(ray: &Ray, _: &Scene<R>) -> Self {
+        Self { ray: SingleRay::new(ray), best: NONE, weights: [0.0; 3] }
+    }
+
+    #[inline(always)]
+    fn slab<R: Packed>(&self, _: &Ray, scene: &Scene<R>) -> Option<Slab> {
+        Slab::single(&self.ray, scene)
+    }
+
+    fn ray(&self) -> Ray {
+        self.ray.widened()
+    }
+
+    #[inline(always)]
+    fn limit(&self) -> f32 {
+        self.ray.t_max
+    }
+
+    #[inline(always)]
+    fn test<L: Lanes, R: Packed>(&mut self, scene: &Scene<R>, leaf: Leaf) -> bool {
+        let (within, t, meeting) = self.ray.meet_eight::<L, R>(scene, leaf);
+        if within == 0 {
+            return false;
+        }
+        let (t, u, v, size) = (t.store(), meeting.u.store(), meeting.v.store(), meeting.size.store());
+        for lane in bits(within) {
+            if t[lane] <= self.ray.t_max && self.precedes(t[lane], leaf.first + lane, scene) {
+                self.ray.t_max = t[lane];
+                self.best = leaf.first + lane;
+                self.weights = [u[lane], v[lane], size[lane]];
+            }
+        }
+        false
+    }
+
+    #[inline(always)]
+    fn answer<R: Packed>(&self, scene: &Scene<R>) -> Option<Hit> {
+        if self.best == NONE {
+            return None;
+        }
+        let [u, v, size] = self.weights;
+        let hit = SingleHit { t: self.ray.t_max, u: u / size, v: v / size };
+        Some(Hit::single(hit, scene.row(self.best)))
+    }
+}
+
+/// Whether anything is hit.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct FastOccluded {
+    ray: SingleRay,
+    found: bool,
+}
+
+impl Search for FastOccluded {
+    type Answer = bool;
+
+    #[inline(always)]
+    fn new<R: Packed>(ray: &Ray, _: &Scene<R>) -> Self {
+        Self { ray: SingleRay::new(ray), found: false }
+    }
+
+    #[inline(always)]
+    fn slab<R: Packed>(&self, _: &Ray, scene: &Scene<R>) -> Option<Slab> {
+        Slab::single(&self.ray, scene)
+    }
+
+    fn ray(&self) -> Ray {
+        self.ray.widened()
+    }
+
+    #[inline(always)]
+    fn limit(&self) -> f32 {
+        self.ray.t_max
+    }
+
+    #[inline(always)]
+    fn test<L: Lanes, R: Packed>(&mut self, scene: &Scene<R>, leaf: Leaf) -> bool {
+        self.found = self.ray.meet_eight::<L, R>(scene, leaf).0 != 0;
+        self.found
+    }
+
+    #[inline(always)]
+    fn answer<R: Packed>(&self, _: &Scene<R>) -> bool {
+        self.found
+    }
+}

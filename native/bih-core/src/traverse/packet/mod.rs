@@ -1,0 +1,238 @@
+//! Coherent rays together: 64 of them in eight groups of eight lanes go down the wide records as one.
+//!
+//! A record's children are tested once against the interval that holds all rays, then against the intervals of the
+//! groups, and a leaf against the rays of the groups that are left (docs/decisions/packets.md). What is left out is what
+//! no ray meets, so the answers are those of single rays.
+
+mod fast;
+mod rays;
+mod slabs;
+mod walk;
+mod watertight;
+
+use rays::{Column, Group, Packet, Rows, rows};
+use slabs::Slabs;
+pub(super) use walk::Entry;
+use walk::{Leaf, walk};
+
+use super::{Hit, Stack, Uncounted};
+use crate::build::Precision;
+use crate::geometry::{Ray, Triangles};
+use crate::simd::{Lanes, Mask};
+use crate::tree::{Tree, WIDTH, Wide};
+
+/// Rays of a packet at most.
+pub const PACKET: usize = GROUPS * WIDTH;
+
+const GROUPS: usize = 8;
+
+/// How far apart the origins of coherent rays may lie, as a part of the scene's longest side, and how far their
+/// directions, as a part of the component along which they go farthest.
+const ORIGINS: f64 = 0.25;
+const DIRECTIONS: f64 = 0.5;
+
+type Hits<'a> = &'a mut [Option<Hit>];
+
+/// The nearest hits of up to `PACKET` rays, those of `traverse::closest`; none for invalid rays.
+#[inline(always)]
+pub fn closest<L: Lanes>(tree: &Tree, triangles: &Triangles, rays: &[Ray], stack: &mut Stack, hits: Hits) {
+    assert!(rays.len() <= PACKET && rays.len() == hits.len(), "{} rays, {} hits", rays.len(), hits.len());
+    let rows = rows::<L>(rays);
+    let groups = groups::<L>(&rows);
+    let active = active(tree, &groups);
+    for i in alone(rays, active) {
+        let is_valid = rays[i].is_valid();
+        hits[i] =
+            if is_valid { super::closest::<L, _>(tree, triangles, &rays[i], stack, &mut Uncounted) } else { None };
+    }
+    let Some(wide) = tree.wide.as_ref().filter(|_| active != 0) else { return };
+    match tree.precision {
+        Precision::Fast => {
+            let mut query = fast::Closest::new(&rows, &groups, &tree.order);
+            let (slabs, limits) = fast_slabs(&groups);
+            for (octant, active) in octants(&slabs, active) {
+                if let Some(mut packet) = Packet::new(&slabs, &limits, active, octant, &wide.records[0]) {
+                    walk(wide, &mut packet, &mut stack.packet, &mut query);
+                    query.keep(&packet.limits, active);
+                }
+            }
+            query.collect(active, hits);
+        }
+        Precision::Watertight => {
+            let mut query = watertight::Closest::new(rays, &groups, tree);
+            let (slabs, limits) = watertight_slabs(&groups);
+            for (octant, active) in octants(&slabs, active) {
+                if let Some(mut packet) = Packet::new(&slabs, &limits, active, octant, &wide.records[0]) {
+                    walk(wide, &mut packet, &mut stack.packet, &mut query);
+                }
+            }
+            query.collect(active, hits);
+        }
+    }
+}
+
+/// Which of up to `PACKET` rays hit anything, one bit a ray, the first the lowest: the answers of `traverse::occluded`;
+/// an invalid ray does not.
+#[inline(always)]
+pub fn occluded<L: Lanes>(tree: &Tree, triangles: &Triangles, rays: &[Ray], stack: &mut Stack) -> u64 {
+    assert!(rays.len() <= PACKET, "{} rays", rays.len());
+    let rows = rows::<L>(rays);
+    let groups = groups::<L>(&rows);
+    let active = active(tree, &groups);
+    let mut hidden = 0;
+    for i in alone(rays, active) {
+        let is_hidden = rays[i].is_valid() && super::occluded::<L, _>(tree, triangles, &rays[i], stack, &mut Uncounted);
+        hidden |= u64::from(is_hidden) << i;
+    }
+    let Some(wide) = tree.wide.as_ref().filter(|_| active != 0) else { return hidden };
+    match tree.precision {
+        Precision::Fast => {
+            let mut query = fast::Occluded::new(&rows, &groups);
+            let (slabs, limits) = fast_slabs(&groups);
+            for (octant, active) in octants(&slabs, active) {
+                if let Some(mut packet) = Packet::new(&slabs, &limits, active, octant, &wide.records[0]) {
+                    walk(wide, &mut packet, &mut stack.packet, &mut query);
+                }
+            }
+            hidden | query.hidden
+        }
+        Precision::Watertight => {
+            let mut query = watertight::Occluded::new(rays, &groups, tree);
+            let (slabs, limits) = watertight_slabs(&groups);
+            for (octant, active) in octants(&slabs, active) {
+                if let Some(mut packet) = Packet::new(&slabs, &limits, active, octant, &wide.records[0]) {
+                    walk(wide, &mut packet, &mut stack.packet, &mut query);
+                }
+            }
+            hidden | query.hidden
+        }
+    }
+}
+
+/// Whether rays are so alike that a packet of them is worth its while: most of what one of them meets, the others do.
+pub fn is_coherent(tree: &Tree, rays: &[Ray]) -> bool {
+    let Some(first) = rays.first() else { return false };
+    let bounds = tree.bounds();
+    let size = (0..3).map(|axis| f64::from(bounds.upper[axis]) - f64::from(bounds.lower[axis])).fold(0.0, f64::max);
+    let along = (0..3).max_by(|&a, &b| first.direction[a].abs().total_cmp(&first.direction[b].abs())).unwrap_or(0);
+    let mut least = [[f64::INFINITY; 3]; 2];
+    let mut most = [[f64::NEG_INFINITY; 3]; 2];
+    for ray in rays {
+        for axis in 0..3 {
+            for (kind, x) in [ray.origin[axis], ray.direction[axis] / ray.direction[along]].into_iter().enumerate() {
+                least[kind][axis] = least[kind][axis].min(x);
+                most[kind][axis] = most[kind][axis].max(x);
+            }
+        }
+    }
+    (0..3).all(|axis| most[0][axis] - least[0][axis] <= ORIGINS * size && most[1][axis] - least[1][axis] <= DIRECTIONS)
+}
+
+/// The rays that a packet can answer, one bit a ray.
+#[inline(always)]
+fn active<L: Lanes>(tree: &Tree, groups: &[Group<L>; GROUPS]) -> u64 {
+    let has_rows = tree.wide.as_ref().is_some_and(|wide: &Wide| !wide.rows.is_empty() && !wide.records.is_empty());
+    let mut active = 0;
+    for (group, rays) in groups.iter().enumerate().filter(|_| has_rows) {
+        active |= u64::from(rays.in_range(tree.bounds())) << (WIDTH * group);
+    }
+    active
+}
+
+/// The other rays.
+#[inline(always)]
+fn alone(rays: &[Ray], active: u64) -> impl Iterator<Item = usize> {
+    bits(!active & u64::MAX.checked_shr((PACKET - rays.len()) as u32).unwrap_or(0))
+}
+
+#[inline(always)]
+fn groups<L: Lanes>(rows: &Rows) -> [Group<L>; GROUPS] {
+    let mut groups = [Group::new(rows, 0); GROUPS];
+    for (i, group) in groups.iter_mut().enumerate() {
+        *group = Group::new(rows, i);
+    }
+    groups
+}
+
+#[inline(always)]
+fn fast_slabs<L: Lanes>(groups: &[Group<L>; GROUPS]) -> ([Slabs<L>; GROUPS], Column) {
+    let mut slabs = [fast::slabs(&groups[0]); GROUPS];
+    let mut limits = [[0.0; WIDTH]; GROUPS];
+    for (i, group) in groups.iter().enumerate() {
+        slabs[i] = fast::slabs(group);
+        limits[i] = group.t_max.minimum(L::splat(f32::MAX)).store();
+    }
+    (slabs, limits)
+}
+
+#[inline(always)]
+fn watertight_slabs<L: Lanes>(groups: &[Group<L>; GROUPS]) -> ([Slabs<L>; GROUPS], Column) {
+    let mut slabs = [watertight::slabs(&groups[0]); GROUPS];
+    let mut limits = [[0.0; WIDTH]; GROUPS];
+    for (i, group) in groups.iter().enumerate() {
+        slabs[i] = watertight::slabs(group);
+        limits[i] = watertight::limits(group).store();
+    }
+    (slabs, limits)
+}
+
+/// The active rays of each octant that has any.
+#[inline(always)]
+fn octants<L: Lanes>(rays: &[Slabs<L>; GROUPS], active: u64) -> impl Iterator<Item = (usize, u64)> + use<L> {
+    let mut negative = [0; 3];
+    for (group, slabs) in rays.iter().enumerate() {
+        for (axis, negative) in negative.iter_mut().enumerate() {
+            // A reciprocal is never zero: that of −0 is −∞.
+            *negative |= u64::from(slabs.near_reciprocal[axis].below(L::splat(0.0)).bits()) << (WIDTH * group);
+        }
+    }
+    (0..8).filter_map(move |octant| {
+        let along = |axis: usize| if octant >> axis & 1 != 0 { negative[axis] } else { !negative[axis] };
+        let there = active & along(0) & along(1) & along(2);
+        (there != 0).then_some((octant, there))
+    })
+}
+
+/// Three rows a corner of the triangles of a leaf.
+#[inline(always)]
+fn load_rows<L: Lanes>(leaf: &Leaf) -> [[L; 3]; 3] {
+    let row = |row: usize| match leaf.rows[row * leaf.count..].first_chunk() {
+        Some(values) => *values,
+        None => [f32::NAN; WIDTH],
+    };
+    [
+        [L::load(&row(0)), L::load(&row(1)), L::load(&row(2))],
+        [L::load(&row(3)), L::load(&row(4)), L::load(&row(5))],
+        [L::load(&row(6)), L::load(&row(7)), L::load(&row(8))],
+    ]
+}
+
+/// The places of the bits that are set.
+#[inline(always)]
+fn bits(mask: impl Into<u64>) -> impl Iterator<Item = usize> {
+    let mut mask = mask.into();
+    std::iter::from_fn(move || {
+        let place = mask.trailing_zeros() as usize;
+        mask &= mask.wrapping_sub(1);
+        (place < 64).then_some(place)
+    })
+}
+//STATS-BEGIN
+#[cfg(packet_stats)]
+#[allow(missing_docs)]
+pub static STATS: [std::sync::atomic::AtomicU64; 16] = [const { std::sync::atomic::AtomicU64::new(0) }; 16];
+#[cfg(packet_stats)]
+#[allow(missing_docs)]
+#[macro_export]
+macro_rules! count {
+    ($i:expr, $n:expr) => {
+        $crate::traverse::packet::STATS[$i].fetch_add($n as u64, std::sync::atomic::Ordering::Relaxed);
+    };
+}
+#[cfg(not(packet_stats))]
+#[allow(missing_docs)]
+#[macro_export]
+macro_rules! count {
+    ($i:expr, $n:expr) => {};
+}
+//STATS-END

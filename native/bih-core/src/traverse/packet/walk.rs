@@ -1,0 +1,161 @@
+//! The walk of a packet down the wide records.
+
+use super::rays::Packet;
+use super::slabs::Sides;
+use super::{GROUPS, bits};
+use crate::simd::{Lanes, Mask};
+use crate::tree::{MAX_DEPTH, Target, WIDTH, Wide};
+
+/// Children of a record that survive the whole packet's test are tested against its groups if there are as many.
+const CONFIRM: usize = 2;
+
+/// A child to visit later.
+#[derive(Debug, Clone, Copy, Default)]
+pub(in crate::traverse) struct Entry {
+    /// No ray of the packet meets it before.
+    near: f32,
+    /// The record that it is a child of, times `WIDTH`, and its lane.
+    place: u32,
+    /// The groups that may meet it.
+    groups: u8,
+}
+
+/// Room for what a record puts off on each level.
+pub(in crate::traverse) const STACK_SIZE: usize = WIDTH * (MAX_DEPTH as usize + 2);
+
+/// A leaf, and its triangles in the rows of the tree.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Leaf<'a> {
+    /// Nine rows of `count` numbers, and more.
+    pub rows: &'a [f32],
+    /// First reference.
+    pub first: usize,
+    pub count: usize,
+}
+
+/// What is asked of the rays of a packet at leaves.
+pub(super) trait Query<L: Lanes> {
+    /// The triangles of a leaf, made ready for many groups.
+    type Triangles;
+
+    fn prepare(&self, leaf: &Leaf) -> Self::Triangles;
+
+    /// Test some rays of a group, which enter the leaf's box at `near`. Answers whether any of them matters less far.
+    fn test(
+        &mut self,
+        packet: &mut Packet<'_, L>,
+        leaf: &Leaf,
+        triangles: &Self::Triangles,
+        group: usize,
+        rays: u8,
+        near: L,
+    ) -> bool;
+}
+
+const LANES: [u32; WIDTH] = [0, 1, 2, 3, 4, 5, 6, 7];
+
+/// Show the query all leaves that its rays may meet, front to back by their octant.
+#[inline(always)]
+pub(super) fn walk<L: Lanes, Q: Query<L>>(
+    wide: &Wide,
+    packet: &mut Packet<'_, L>,
+    stack: &mut Vec<Entry>,
+    query: &mut Q,
+) {
+    stack.resize(STACK_SIZE, Entry::default());
+    let mut top = 0;
+    crate::count!(0, 1);
+    let mut index = 0;
+    let mut live = u8::MAX;
+    loop {
+        top = descend(wide, packet, index, live, stack, top);
+        // The next record that is not beyond all rays; the leaves before it.
+        loop {
+            if top == 0 {
+                return;
+            }
+            top -= 1;
+            let entry = stack[top];
+            if entry.near > packet.limit {
+                continue;
+            }
+            let (parent, lane) = (entry.place as usize / WIDTH, entry.place as usize % WIDTH);
+            match wide.records[parent].child(lane).target() {
+                Target::Record(child) => {
+                    index = child;
+                    live = entry.groups;
+                    break;
+                }
+                Target::Leaf { first, count } => {
+                    let leaf = Leaf { rows: &wide.rows[9 * first..], first, count };
+                    let sides = Sides::one(&wide.records[parent], packet.octant, lane);
+                    visit(packet, &leaf, &sides, entry.groups, query);
+                }
+            }
+        }
+    }
+}
+
+/// Put off the children of a record that the packet may meet, the nearest last. Answers the new top of the stack.
+#[inline(always)]
+fn descend<L: Lanes>(
+    wide: &Wide,
+    packet: &Packet<'_, L>,
+    index: usize,
+    live: u8,
+    stack: &mut [Entry],
+    mut top: usize,
+) -> usize {
+    let record = &wide.records[index];
+    crate::count!(1, 1);
+    let (near, far) = packet.whole.clip(&Sides::all(record, packet.octant), L::splat(packet.limit));
+    let (mut nears, mut lanes) = ([0.0; WIDTH], [0; WIDTH]);
+    let count = near.push(far, &LANES, record.order(packet.octant), &mut nears, &mut lanes);
+    crate::count!(2, count);
+    for (&near, &lane) in nears.iter().zip(&lanes).take(count) {
+        let groups = if count < CONFIRM {
+            live
+        } else {
+            let sides = Sides::one(record, packet.octant, lane as usize & 7);
+            let (near, far) = packet.groups.clip(&sides, L::load(&packet.group_limits));
+            packet.confirmed(&sides, near.at_most(far).bits() & live)
+        };
+        crate::count!(3, (groups != 0));
+        crate::count!(4, (groups as u8).count_ones());
+        stack[top] = Entry { near, place: (index * WIDTH) as u32 | lane, groups };
+        top += usize::from(groups != 0);
+    }
+    top
+}
+
+/// Show the query a leaf, and those rays of some groups that meet its box.
+#[inline(always)]
+fn visit<L: Lanes, Q: Query<L>>(packet: &mut Packet<'_, L>, leaf: &Leaf, sides: &Sides<L>, live: u8, query: &mut Q) {
+    let mut nears = [packet.groups.t_min; GROUPS];
+    let mut rays = [0; GROUPS];
+    let mut any = 0;
+    crate::count!(5, 1);
+    crate::count!(6, live.count_ones());
+    for group in bits(live) {
+        let (near, far) = packet.rays[group].clip(sides, L::load(&packet.limits[group]));
+        nears[group] = near;
+        rays[group] = near.at_most(far).bits();
+        any |= rays[group];
+    }
+    if any == 0 {
+        return;
+    }
+    crate::count!(7, 1);
+    let triangles = query.prepare(leaf);
+    let mut is_shorter = false;
+    for group in bits(live) {
+        if rays[group] != 0 {
+            crate::count!(8, 1);
+            crate::count!(9, rays[group].count_ones());
+            is_shorter |= query.test(packet, leaf, &triangles, group, rays[group], nears[group]);
+        }
+    }
+    if is_shorter {
+        packet.limit = L::load(&packet.group_limits).largest();
+    }
+}
