@@ -30,7 +30,7 @@ help:
 	@echo "make test-memory               what memory the core reads: AddressSanitizer, then Miri (two minutes)"
 	@echo "make bench [BENCH='--scene bunny']  measure beside the peers (half an hour), write docs/benchmarks.md"
 	@echo "make bench-quick               the same on small scenes: answers and counts alone, for CI"
-	@echo "make package                   the extension's zip, in build/"
+	@echo "make package                   the extension's zip, in build/ (on Linux also with PLATFORM=linux-arm64)"
 	@echo "make real-blender              a Blender for the tests, where none is installed (Debian, as root)"
 	@echo "make format                    format Python and Rust"
 	@echo "make lock                      requirements*.lock from requirements*.in"
@@ -77,7 +77,7 @@ test-python: $(VENV)/.tests $(VENV)/.bihtree
 	$(BIN)/python -m pytest --quiet tests
 
 package: $(VENV)/.tests
-	@$(BIN)/python tools/package.py
+	@$(BIN)/python tools/package.py $(PLATFORM)
 
 real-blender: machine
 	@"$(PYTHON)" tools/real_blender.py

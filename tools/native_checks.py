@@ -24,7 +24,8 @@ HOST = "x86_64-unknown-linux-gnu"
 ARM = "aarch64-unknown-linux-musl"
 # Code that is checked runs ten to a thousand times slower: fewer random cases, smaller meshes, and less optimisation,
 # which takes longer than it saves.
-SHORT = {"PROPTEST_CASES": "8", "CARGO_PROFILE_RELEASE_LTO": "off", "CARGO_PROFILE_RELEASE_CODEGEN_UNITS": "16"}
+SHORT = {"PROPTEST_CASES": "8", "CARGO_PROFILE_RELEASE_DEBUG": "0"}
+SHORT |= {"CARGO_PROFILE_RELEASE_LTO": "off", "CARGO_PROFILE_RELEASE_CODEGEN_UNITS": "16"}
 
 
 def neon() -> None:
