@@ -1,12 +1,13 @@
 //! One number for the hits, the counts and a picture of each layout: the same on every processor, which
 //! `make test-neon` checks by running this on two.
 
-use bih_core::build::Layout;
+use bih_core::build::{Layout, Precision};
 use bih_core::render::{Camera, Lighting, RenderOptions, Tile, render};
-use bih_core::traverse::{Limits, RayBatch};
+use bih_core::traverse::{Hits, Limits, RayBatch, Vectors};
 use bih_core::{BuildOptions, Control, Triangles, Vertices, build};
 
 const SIDE: usize = 40;
+const PRECISIONS: [Precision; 2] = [Precision::Fast, Precision::Watertight];
 
 /// FNV-1a over what is shown of a value: numbers are shown with all their digits.
 struct Digest(u64);
@@ -47,7 +48,7 @@ fn main() {
         })
         .collect();
     let (t_min, t_max) = (Limits::All(0.0), Limits::All(f64::INFINITY));
-    let batch = RayBatch { origins: &origins, directions: &directions, t_min, t_max };
+    let batch = RayBatch { origins: Vectors::F64(&origins), directions: Vectors::F64(&directions), t_min, t_max };
     let clip_to_world = [[0.5, 0.0, 0.0, 0.5], [0.0, 0.5, 0.1, 0.5], [0.0, -0.1, -1.0, 0.0], [0.0, 0.0, 0.0, 1.0]];
     let camera = Camera::new(clip_to_world, 40, 30).expect("an orthographic camera");
     let options = RenderOptions {
@@ -56,16 +57,21 @@ fn main() {
         seed: 1,
         lighting: Lighting::default(),
         combined: true,
+        cost: true,
     };
     let control = Control::default();
     let mut digest = Digest(0xcbf2_9ce4_8422_2325);
     for vertices in [Vertices::F32(&single), Vertices::F64(&double)] {
         let triangles = Triangles::new(vertices, None).expect("a soup");
-        for layout in [Layout::Classic, Layout::Wide] {
-            let build_options = BuildOptions { layout, ..Default::default() };
+        let layouts = [Layout::Classic, Layout::Wide, Layout::Compact];
+        for (layout, precision) in
+            layouts.into_iter().flat_map(|layout| PRECISIONS.map(|precision| (layout, precision)))
+        {
+            let build_options = BuildOptions { layout, precision, ..Default::default() };
             let tree = build(&triangles, &build_options, &control).expect("a tree");
             digest.add(&tree.order());
-            digest.add(&batch.closest(&tree, &triangles, &control).expect("hits"));
+            let hits: Hits<f64> = batch.closest(&tree, &triangles, &control).expect("hits");
+            digest.add(&hits);
             digest.add(&batch.occluded(&tree, &triangles, &control).expect("shadows"));
             digest.add(&batch.cost(&tree, &triangles, &control).expect("counts"));
             digest.add(&render(&tree, &triangles, &camera, &options, &control).expect("a picture"));

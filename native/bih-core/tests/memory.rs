@@ -3,7 +3,7 @@
 
 use bih_core::build::Layout;
 use bih_core::simd::{Kernel, Lanes, dispatch_to, instruction_sets};
-use bih_core::traverse::{Limits, RayBatch, Stack, Uncounted, closest, naive_closest, occluded};
+use bih_core::traverse::{Hits, Limits, RayBatch, Stack, Uncounted, Vectors, closest, naive_closest, occluded};
 use bih_core::{BuildOptions, Control, Ray, Tree, Triangles, Vertices, build};
 
 /// Triangles of about the same size in a row along a diagonal, and for each of them a ray through its inside.
@@ -51,17 +51,18 @@ fn nothing_is_read_behind_the_last_leaf() {
         let origins: Vec<_> = rays.iter().map(|ray| ray.origin).collect();
         let directions: Vec<_> = rays.iter().map(|ray| ray.direction).collect();
         let (t_min, t_max) = (Limits::All(0.0), Limits::All(f64::INFINITY));
-        let batch = RayBatch { origins: &origins, directions: &directions, t_min, t_max };
+        let batch = RayBatch { origins: Vectors::F64(&origins), directions: Vectors::F64(&directions), t_min, t_max };
         for vertices in [Vertices::F32(&soup), Vertices::F64(&double)] {
             let triangles = Triangles::new(vertices, None).unwrap();
-            for layout in [Layout::Classic, Layout::Wide] {
+            for layout in [Layout::Classic, Layout::Wide, Layout::Compact] {
                 let options = BuildOptions { layout, ..Default::default() };
                 let control = Control::default();
                 let tree = build(&triangles, &options, &control).unwrap();
                 for set in instruction_sets() {
                     dispatch_to(*set, Trace(&tree, &triangles, &rays));
                 }
-                assert!(batch.closest(&tree, &triangles, &control).unwrap().iter().all(Option::is_some));
+                let hits: Hits<f32> = batch.closest(&tree, &triangles, &control).unwrap();
+                assert!(hits.triangle.iter().all(|&row| row >= 0));
                 assert!(batch.occluded(&tree, &triangles, &control).unwrap().iter().all(|&is_hit| is_hit));
             }
         }

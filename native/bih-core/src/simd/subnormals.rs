@@ -5,8 +5,8 @@ use std::hint::black_box;
 
 use super::float_environment::register;
 use super::{Kernel, Lanes, dispatch_to, instruction_sets};
-use crate::build::Layout;
-use crate::traverse::{Limits, RayBatch, Stack, Uncounted, closest, occluded};
+use crate::build::{Layout, Precision};
+use crate::traverse::{Limits, RayBatch, Stack, Uncounted, Vectors, closest, occluded};
 use crate::{BuildOptions, Control, Ray, Tree, Triangles, Vertices, build};
 
 /// Flags that the vector unit keeps: an operand, or a rounded result, was subnormal.
@@ -70,20 +70,23 @@ fn none_are_met_where_the_mesh_has_none() {
     let origins: Vec<_> = rays.iter().map(|ray| ray.origin).collect();
     let directions: Vec<_> = rays.iter().map(|ray| ray.direction).collect();
     let (t_min, t_max) = (Limits::All(0.0), Limits::All(f64::INFINITY));
-    let batch = RayBatch { origins: &origins, directions: &directions, t_min, t_max };
+    let batch = RayBatch { origins: Vectors::F64(&origins), directions: Vectors::F64(&directions), t_min, t_max };
     let here = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-    for layout in [Layout::Classic, Layout::Wide] {
-        let tree = build(&triangles, &BuildOptions { layout, ..Default::default() }, &Control::default()).unwrap();
+    let layouts = [Layout::Classic, Layout::Wide, Layout::Compact];
+    let precisions = [Precision::Fast, Precision::Watertight];
+    for (layout, precision) in layouts.into_iter().flat_map(|layout| precisions.map(|precision| (layout, precision))) {
+        let options = BuildOptions { layout, precision, ..Default::default() };
+        let tree = build(&triangles, &options, &Control::default()).unwrap();
         for set in instruction_sets() {
             let work = || assert!(dispatch_to(*set, Trace(&tree, &triangles, &rays)) > 100);
-            assert!(!meets_subnormals(work), "{layout:?} in {set:?}");
+            assert!(!meets_subnormals(work), "{options:?} in {set:?}");
         }
         let control = Control::default();
-        let closest = || drop(batch.closest(&tree, &triangles, &control).unwrap());
+        let closest = || drop(batch.closest::<f32>(&tree, &triangles, &control).unwrap());
         let occluded = || drop(batch.occluded(&tree, &triangles, &control).unwrap());
         here.install(|| {
-            assert!(!meets_subnormals(closest), "{layout:?}, closest");
-            assert!(!meets_subnormals(occluded), "{layout:?}, occluded");
+            assert!(!meets_subnormals(closest), "{options:?}, closest");
+            assert!(!meets_subnormals(occluded), "{options:?}, occluded");
         });
     }
 }
