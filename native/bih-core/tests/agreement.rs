@@ -1,18 +1,28 @@
 //! The tree against the naive intersector, on meshes and rays made to be awkward.
 
-use bih_core::build::Layout;
+use bih_core::build::{Heuristic, Layout};
 use bih_core::simd::{Kernel, Lanes, Scalar, dispatch_to, instruction_sets};
 use bih_core::traverse::{Counts, Stack, Uncounted, closest, naive_closest, naive_occluded, occluded};
 use bih_core::{BuildOptions, Control, Ray, Tree, Triangles, Vertices, build, tree};
 use proptest::prelude::*;
 
 fn build_tree(triangles: &Triangles, layout: Layout, leaf_size: usize) -> Tree {
-    let options = BuildOptions { layout, leaf_size: Some(leaf_size), ..Default::default() };
-    let tree = build(triangles, &options, &Control::default()).unwrap();
+    build_as(triangles, &BuildOptions { layout, leaf_size: Some(leaf_size), ..Default::default() })
+}
+
+fn build_as(triangles: &Triangles, options: &BuildOptions) -> Tree {
+    let tree = build(triangles, options, &Control::default()).unwrap();
     tree::validate(&tree, triangles).unwrap();
     assert!(tree.stats().tree_bytes <= tree.stats().bound_bytes, "{:?}", tree.stats());
     tree
 }
+
+const STRATEGIES: [(Heuristic, Option<bool>); 4] = [
+    (Heuristic::Global, Some(false)),
+    (Heuristic::Global, Some(true)),
+    (Heuristic::Local, None),
+    (Heuristic::Sah, None),
+];
 
 struct Agreement<'a> {
     tree: &'a Tree,
@@ -39,9 +49,12 @@ impl Kernel for Agreement<'_> {
 
 fn agree(triangles: &Triangles, leaf_size: usize, rays: &[Ray]) {
     for layout in [Layout::Classic, Layout::Wide] {
-        let tree = build_tree(triangles, layout, leaf_size);
-        for set in instruction_sets() {
-            dispatch_to(*set, Agreement { tree: &tree, triangles, rays });
+        for (heuristic, presort) in STRATEGIES {
+            let options = BuildOptions { layout, heuristic, presort, leaf_size: Some(leaf_size), ..Default::default() };
+            let tree = build_as(triangles, &options);
+            for set in instruction_sets() {
+                dispatch_to(*set, Agreement { tree: &tree, triangles, rays });
+            }
         }
     }
 }

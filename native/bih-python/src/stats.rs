@@ -50,7 +50,12 @@ const FIELDS: [&str; 18] = [
 ];
 
 impl Stats {
-    pub fn new(stats: &bih_core::tree::Stats, layout: &'static str, heuristic: &'static str, mesh_bytes: usize) -> Self {
+    pub fn new(
+        stats: &bih_core::tree::Stats,
+        layout: &'static str,
+        heuristic: &'static str,
+        mesh_bytes: usize,
+    ) -> Self {
         Self {
             structure: "bih",
             layout,
