@@ -29,10 +29,13 @@ VARIANTS = (
     Variant("default"),
     Variant("one-thread", {"threads": 1}),
     Variant("leaf-1", {"leaf_size": 1, "threads": 2}),
-    Variant("leaf-8", {"leaf_size": 8, "threads": 5}),
+    Variant("leaf-8-presorted", {"leaf_size": 8, "presort": True, "threads": 5}),
+    Variant("local", {"heuristic": "local", "threads": 2}),
     Variant("leaf-64", {"leaf_size": 64, "threads": 1}),
     Variant("wide", {"layout": "wide"}),
-    Variant("wide-leaf-3", {"layout": "wide", "leaf_size": 3, "threads": 3}),
+    Variant("wide-leaf-3-sah", {"layout": "wide", "leaf_size": 3, "heuristic": "sah", "threads": 3}),
 )
+
+GLOBAL = tuple(variant for variant in VARIANTS if "heuristic" not in variant.options)
 
 every_tree = pytest.mark.parametrize("variant", VARIANTS, ids=str)

@@ -1,6 +1,6 @@
 //! The tree against the naive intersector, on meshes and rays made to be awkward.
 
-use bih_core::build::{Layout, Precision};
+use bih_core::build::{Heuristic, Layout, Precision};
 use bih_core::intersect::{SingleHit, SingleRay};
 use bih_core::simd::{Kernel, Lanes, Scalar, dispatch_to, instruction_sets};
 use bih_core::traverse::{
@@ -11,12 +11,22 @@ use bih_core::{BuildOptions, Control, Ray, Tree, Triangles, Vertices, build, tre
 use proptest::prelude::*;
 
 fn build_tree(triangles: &Triangles, layout: Layout, precision: Precision, leaf_size: usize) -> Tree {
-    let options = BuildOptions { layout, precision, leaf_size: Some(leaf_size), ..Default::default() };
-    let tree = build(triangles, &options, &Control::default()).unwrap();
+    build_as(triangles, &BuildOptions { layout, precision, leaf_size: Some(leaf_size), ..Default::default() })
+}
+
+fn build_as(triangles: &Triangles, options: &BuildOptions) -> Tree {
+    let tree = build(triangles, options, &Control::default()).unwrap();
     tree::validate(&tree, triangles).unwrap();
     assert!(tree.stats().tree_bytes <= tree.stats().bound_bytes, "{:?}", tree.stats());
     tree
 }
+
+const STRATEGIES: [(Heuristic, Option<bool>); 4] = [
+    (Heuristic::Global, Some(false)),
+    (Heuristic::Global, Some(true)),
+    (Heuristic::Local, None),
+    (Heuristic::Sah, None),
+];
 
 struct Agreement<'a> {
     tree: &'a Tree,
@@ -98,18 +108,25 @@ fn is_short() -> bool {
 }
 
 fn agree(triangles: &Triangles, leaf_size: usize, rays: &[Ray]) {
+    // Each layout in each precision, and each strategy in one.
+    let mut variants = Vec::new();
     for layout in [Layout::Classic, Layout::Wide, Layout::Compact] {
-        for precision in [Precision::Watertight, Precision::Fast] {
-            let tree = build_tree(triangles, layout, precision, leaf_size);
-            let truth = |ray: &Ray| {
-                let truth = naive_closest(&tree, triangles, ray);
-                assert_eq!(naive_occluded(&tree, triangles, ray), truth.is_some(), "{ray:?}");
-                truth
-            };
-            let truths: Vec<_> = rays.iter().map(|ray| if ray.is_valid() { truth(ray) } else { None }).collect();
-            for set in instruction_sets() {
-                dispatch_to(*set, Agreement { tree: &tree, triangles, rays, truths: &truths });
-            }
+        variants.extend([Precision::Watertight, Precision::Fast].map(|precision| (layout, precision, STRATEGIES[0])));
+    }
+    for layout in [Layout::Classic, Layout::Wide] {
+        variants.extend(STRATEGIES[1..].iter().map(|&strategy| (layout, Precision::Watertight, strategy)));
+    }
+    for (layout, precision, (heuristic, presort)) in variants {
+        let options = BuildOptions { layout, precision, heuristic, presort, leaf_size: Some(leaf_size) };
+        let tree = build_as(triangles, &options);
+        let truth = |ray: &Ray| {
+            let truth = naive_closest(&tree, triangles, ray);
+            assert_eq!(naive_occluded(&tree, triangles, ray), truth.is_some(), "{ray:?}");
+            truth
+        };
+        let truths: Vec<_> = rays.iter().map(|ray| if ray.is_valid() { truth(ray) } else { None }).collect();
+        for set in instruction_sets() {
+            dispatch_to(*set, Agreement { tree: &tree, triangles, rays, truths: &truths });
         }
     }
 }

@@ -116,9 +116,9 @@ fn validate_records<R: Packed>(wide: &Wide<R>, references: &[u32], triangles: &T
                         if !bounds.contains(&Bounds::of_triangle(&corners)) {
                             return broken(index, format!("triangle {reference} reaches out of its box"));
                         }
-                        let row = |row: usize| f64::from(wide.rows[9 * first + row * count + place - first]);
+                        let row = |row: usize| wide.rows[9 * first + row * count + place - first];
                         if !wide.rows.is_empty()
-                            && !corners.as_flattened().iter().enumerate().all(|(i, &x)| row(i) == f64::from(x as f32))
+                            && !corners.as_flattened().iter().enumerate().all(|(i, &x)| row(i) == x as f32)
                         {
                             return broken(index, format!("vertices of triangle {reference} differ"));
                         }
