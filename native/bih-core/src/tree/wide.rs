@@ -78,7 +78,7 @@ impl Child {
     }
 
     /// A word that is neither a leaf nor a record there can be.
-    pub const NONE: u32 = LEAF - 1 ^ INDEX_MASK;
+    pub const NONE: u32 = (LEAF - 1) ^ INDEX_MASK;
 
     /// Whether the word stands for a leaf.
     #[inline(always)]
