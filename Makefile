@@ -12,18 +12,25 @@ endif
 NO_PYTHON := This machine lacks Python 3.11. To install: (Debian 12) apt-get install python3.11 python3.11-venv; \
 	elsewhere https://www.python.org/downloads/, then make PYTHON=/path/to/python3.11
 
+# The program that benchmarks are measured with, built apart from the product.
+HARNESS := $(CURDIR)/build/bench/target
+
 # Folders too: a file that is gone changes nothing but its folder.
 NATIVE := rust-toolchain.toml native/Cargo.toml native/Cargo.lock \
 	$(shell find native/bih-core native/bih-python \( -name target -o -name __pycache__ \) -prune -o -print)
 
-.PHONY: help preview test lint types test-rust test-python package real-blender format lock clean machine test-machine
+.PHONY: help preview test bench bench-quick lint types test-rust test-neon test-address test-miri test-memory test-python \
+	package real-blender format lock clean machine test-machine
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
 
 help:
 	@echo "make preview [SCENE=my.blend]  trace the scene to build/preview.png and .exr, its tree to build/overlay.png"
-	@echo "make test                      all checks and tests (lint, types, test-rust, test-python)"
-	@echo "make package                   the extension's zip, in build/"
+	@echo "make test                      all checks and tests (lint, types, test-rust, test-neon, test-address, test-python)"
+	@echo "make test-memory               what memory the core reads: AddressSanitizer, then Miri (two minutes)"
+	@echo "make bench [BENCH=--help]      measure beside the peers (half an hour), write docs/benchmarks.md"
+	@echo "make bench-quick               the same on small scenes: answers and counts alone, for CI"
+	@echo "make package                   the extension's zip, in build/ (on Linux also with PLATFORM=linux-arm64)"
 	@echo "make real-blender              a Blender for the tests, where none is installed (Debian, as root)"
 	@echo "make format                    format Python and Rust"
 	@echo "make lock                      requirements*.lock from requirements*.in"
@@ -33,13 +40,22 @@ preview: $(VENV)/.bihtree
 	@$(BIN)/python -m addon.blender.command_line render --scene "$(SCENE)" --output build/preview.png \
 		--output build/preview.exr --overlay build/overlay.png --stats build/preview.json
 
-test: lint types test-rust test-python
+test: lint types test-rust test-neon test-address test-python
+
+# What was measured on these sources before is not measured again; BENCH=--help says more.
+bench: $(VENV)/.tests $(VENV)/.bihtree
+	@$(BIN)/python -m benchmarks $(BENCH)
+
+bench-quick: $(VENV)/.tests
+	@$(BIN)/python -m benchmarks --quick
 
 lint: $(VENV)/.tests | test-machine
 	$(BIN)/ruff check --quiet .
 	$(BIN)/ruff format --quiet --check .
 	cd native && cargo fmt --check
 	cd native && cargo clippy --quiet --locked --all-targets -- --deny warnings
+	cd benchmarks/harness && cargo fmt --check
+	cd benchmarks/harness && cargo clippy --quiet --locked --all-targets --target-dir $(HARNESS) -- --deny warnings
 
 types: $(VENV)/.tests $(VENV)/.bihtree
 	$(BIN)/mypy
@@ -47,6 +63,13 @@ types: $(VENV)/.tests $(VENV)/.bihtree
 
 test-rust: | test-machine
 	cd native && cargo test --quiet --locked --release
+	cd benchmarks/harness && cargo test --quiet --locked --release --target-dir $(HARNESS)
+
+# An emulated ARM processor, AddressSanitizer, and Miri: where one is missing it is said; with CI set it is an error.
+test-neon test-address test-miri: test-%: | test-machine
+	@"$(PYTHON)" tools/native_checks.py $*
+
+test-memory: test-address test-miri
 
 # The tests say of themselves what they skip where there is no real Blender; with CI set they fail instead.
 test-python: $(VENV)/.tests $(VENV)/.bihtree
@@ -54,7 +77,7 @@ test-python: $(VENV)/.tests $(VENV)/.bihtree
 	$(BIN)/python -m pytest --quiet tests
 
 package: $(VENV)/.tests
-	@$(BIN)/python tools/package.py
+	@$(BIN)/python tools/package.py $(PLATFORM)
 
 real-blender: machine
 	@"$(PYTHON)" tools/real_blender.py
@@ -63,13 +86,14 @@ format: $(VENV)/.tests
 	$(BIN)/ruff check --quiet --fix .
 	$(BIN)/ruff format --quiet .
 	cd native && cargo fmt
+	cd benchmarks/harness && cargo fmt
 
 lock: $(VENV)/.tests
 	for name in requirements requirements-dev; do $(BIN)/uv pip compile --quiet --universal --python-version 3.11 \
 		--generate-hashes --no-annotate --custom-compile-command "make lock" --output-file $$name.lock $$name.in; done
 
 clean:
-	rm -rf build native/target
+	rm -rf build native/target benchmarks/harness/target
 
 machine:
 	@test -n "$(PYTHON)" || { echo "$(NO_PYTHON)" >&2; exit 1; }

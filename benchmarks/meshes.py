@@ -1,7 +1,8 @@
-"""Scenes as files for the harness: `python -m benchmarks.meshes bunny terrain soup gears@100000`.
+"""Scenes as files for the harness: `python -m benchmarks.meshes bunny terrain gears@100000 stadium/9`.
 
-A name with @ asks for about so many triangles. Meshes that no formula makes come from `--meshes FOLDER`, or the folder
-that BIH_MESHES names, as .npz files with the arrays `vertices` and `triangles`.
+A number after @ asks for about so many triangles, one after a slash is the exponent of the stadium's scale ratio.
+Meshes that no formula makes come from `--meshes FOLDER`, or the folder that BIH_MESHES names, as .npz files with the
+arrays `vertices` and `triangles`.
 """
 
 from __future__ import annotations
@@ -13,13 +14,14 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from addon.report.scenes import SCENES
-from addon.report.shapes import shape
+from addon.report.scenes import SCENES, stadium
+from addon.report.shapes import Shape, shape
 from addon.report.view import Scene, View
 
-BUILT = Path(__file__).resolve().parent.parent / "build" / "bench" / "meshes"
+from .harness import PROJECT, sources_stamp
+
+BUILT = PROJECT / "build" / "bench" / "meshes"
 FILES = {"bunny": "stanford-bunny", "dragon": "dragon-full"}
 MILLION = 1_000_000
 
@@ -30,22 +32,27 @@ class Unavailable(Exception):
 
 def folder(chosen: Path | None = None) -> Path:
     """Where meshes that cannot be made by formula lie."""
-    return chosen or Path(os.environ.get("BIH_MESHES", Path(__file__).resolve().parents[2] / "shared" / "meshes"))
+    return chosen or Path(os.environ.get("BIH_MESHES", PROJECT.parent / "shared" / "meshes"))
 
 
-def framed(lower: NDArray[np.float64], upper: NDArray[np.float64]) -> View:
-    """From the front and a little above, the whole of it in the picture."""
+def _framed(mesh: Shape) -> View:
+    """A scanned model, y up, from its front and a little above: most of it in the picture."""
+    lower, upper = mesh.vertices.min(axis=0).astype(float), mesh.vertices.max(axis=0).astype(float)
     centre, size = (lower + upper) / 2, upper - lower
     eye = centre + np.array([0.1, 0.15, 1.9]) * [size[0], size[1], max(size[1], 0.75 * size[0])]
     light = centre + [2, 3, 3] * size[[0, 1, 1]]
-    return View(tuple(eye.tolist()), tuple(centre.tolist()), (0, 1, 0), 35, tuple(light.tolist()))
+    return View((eye[0], eye[1], eye[2]), (centre[0], centre[1], centre[2]), (0, 1, 0), 35, (*light,))
 
 
 def scene(name: str, meshes: Path | None = None) -> Scene:
-    """By its name, such as "bunny", "terrain" (a million triangles) or "terrain@100000"."""
-    kind, _, size = name.partition("@")
+    """By its name, such as "bunny", "terrain" (a million triangles), "terrain@100000" or "stadium/9@100000"."""
+    name, _, count = name.partition("@")
+    kind, _, exponent = name.partition("/")
+    size = int(count or MILLION)
+    if exponent:
+        return stadium(size, float(exponent))
     if kind in SCENES:
-        return SCENES[kind](int(size or MILLION))
+        return SCENES[kind](size)
     if kind not in FILES:
         raise Unavailable(f"no scene {kind!r}; there are {', '.join([*FILES, *SCENES])}")
     path = folder(meshes) / f"{FILES[kind]}.npz"
@@ -53,7 +60,7 @@ def scene(name: str, meshes: Path | None = None) -> Scene:
         raise Unavailable(f"{kind}: no {path}; give the folder by --meshes or BIH_MESHES")
     with np.load(path, allow_pickle=False) as archive:
         mesh = shape(archive["vertices"], archive["triangles"])
-    return Scene(mesh, framed(mesh.vertices.min(axis=0).astype(float), mesh.vertices.max(axis=0).astype(float)))
+    return Scene(mesh, _framed(mesh))
 
 
 def write(path: Path, found: Scene) -> None:
@@ -70,6 +77,16 @@ def write(path: Path, found: Scene) -> None:
     temporary.replace(path)
 
 
+def written(name: str, meshes: Path | None = None) -> Path:
+    """The scene's file, made now if there is none of these sources."""
+    path = BUILT / f"{name.replace('/', '-')}.mesh"
+    stamp = path.with_suffix(".stamp")
+    if not path.exists() or not stamp.exists() or stamp.read_text() != sources_stamp("addon/report"):
+        write(path, scene(name, meshes))
+        stamp.write_text(sources_stamp("addon/report"))
+    return path
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("names", nargs="+")
@@ -77,11 +94,10 @@ def main() -> int:
     arguments = parser.parse_args()
     for name in arguments.names:
         try:
-            write(BUILT / f"{name}.mesh", scene(name, arguments.meshes))
+            print(written(name, arguments.meshes))
         except Unavailable as reason:
             print(reason, file=sys.stderr)
             return 1
-        print(BUILT / f"{name}.mesh")
     return 0
 
 

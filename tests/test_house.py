@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import json
 import re
 import subprocess
 import sys
@@ -145,6 +146,26 @@ def test_rust_is_finished_and_says_why_it_is_unsafe(path: Path) -> None:
     assert not re.search(r"#!?\[(allow|expect)\((?![^]]*reason)[^]]*\)\]", text), "a lint exception carries its reason"
     for block in re.finditer(r"^(.*\n){0,4}.*\bunsafe (\{|impl)", text, re.MULTILINE):
         assert "SAFETY" in block[0]
+
+
+FREE = {"MIT", "Apache-2.0", "Apache-2.0 WITH LLVM-exception", "BSD-2-Clause", "BSD-3-Clause", "Zlib", "Unicode-3.0"}
+
+
+def allows(licence: str) -> bool:
+    """Whether an SPDX expression without AND inside OR allows use in a work under the GPL, version 3 or later."""
+    parts = [part.strip(" ()") for part in licence.replace("/", " OR ").split(" AND ")]
+    return all(FREE & {choice.strip(" ()") for choice in part.split(" OR ")} for part in parts)
+
+
+def test_every_crate_may_be_used_under_the_gpl() -> None:
+    assert allows("MIT OR GPL-2.0-only")
+    assert not allows("MIT AND GPL-2.0-only")
+    command = ["cargo", "metadata", "--format-version", "1", "--locked"]
+    text = subprocess.check_output(command, cwd=PROJECT / "native", text=True)
+    packages = json.loads(text)["packages"]
+    crates = {crate["name"]: crate["license"] or "" for crate in packages if crate["source"]}
+    assert "rayon" in crates
+    assert not {name: licence for name, licence in crates.items() if not allows(licence)}
 
 
 def test_a_skip_says_why() -> None:

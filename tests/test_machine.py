@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from tests.blender import real
-from tools import check_machine, real_blender
+from tools import check_machine, native_checks, real_blender
 
 PROJECT = Path(__file__).resolve().parent.parent
 
@@ -64,6 +64,29 @@ def test_the_libraries_that_bpy_is_linked_with_are_looked_for() -> None:
         outside |= needed - wheel.keys()
     of_any_linux = r"(lib(c|m|dl|rt|pthread|util|stdc\+\+|gcc_s)|ld-linux.*)\.so\.\d+"
     assert {name for name in outside if not re.fullmatch(of_any_linux, name)} == set(check_machine.LIBRARIES)
+
+
+@pytest.mark.parametrize("check", ["neon", "address", "miri"])
+def test_a_check_of_the_core_that_cannot_run_is_skipped_and_ci_fails(
+    check: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run, _ = native_checks.CHECKS[check]
+    monkeypatch.setitem(native_checks.CHECKS, check, (run, lambda: iter(["a thing: get one", "another"])))
+    monkeypatch.setenv("CI", "")
+    native_checks.main(check)
+    text = f"The {check} check is skipped. This machine lacks a thing: get one; another"
+    assert capsys.readouterr().out.strip() == text
+    monkeypatch.setenv("CI", "true")
+    with pytest.raises(SystemExit, match=text):
+        native_checks.main(check)
+
+
+def test_a_machine_without_an_emulator(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(shutil, "which", lambda name: None)
+    monkeypatch.setattr(native_checks, "library_of", lambda target: tmp_path / target)
+    assert "; ".join(native_checks.lacking_neon()).endswith("rustup target add aarch64-unknown-linux-musl")
+    assert "apt-get install qemu-user" in "; ".join(native_checks.lacking_neon())
+    assert "AddressSanitizer" in "".join(native_checks.lacking_address())
 
 
 def test_make_without_python() -> None:

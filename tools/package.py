@@ -1,6 +1,7 @@
 """The extension's zip, with bihtree's wheel inside, made by the builder that comes with bpy.
 
-build/venv/bin/python tools/package.py      print the path of the zip in build/
+build/venv/bin/python tools/package.py                print the path of the zip in build/
+build/venv/bin/python tools/package.py linux-arm64    for that platform, on any Linux that has Rust's library for it
 """
 
 from __future__ import annotations
@@ -21,29 +22,38 @@ WORK = PROJECT / "build" / "package"
 # Blender's names of the platforms that it runs on.
 PLATFORMS = {
     ("Linux", "x86_64"): "linux-x64",
+    ("Linux", "aarch64"): "linux-arm64",
     ("Darwin", "arm64"): "macos-arm64",
     ("Darwin", "x86_64"): "macos-x64",
     ("Windows", "AMD64"): "windows-x64",
 }
+# What Rust calls those that another one can build for.
+TARGETS = {"linux-x64": "x86_64-unknown-linux-gnu", "linux-arm64": "aarch64-unknown-linux-gnu"}
 # Blender for Linux asks for glibc 2.28; zig links against that one, where this machine's own linker would ask for
 # the glibc of this machine.
 LINUX_PORTABLE = ("--zig", "--compatibility", "manylinux_2_28")
 
 
-def build_wheel(folder: Path) -> Path:
-    """bihtree for this platform, and for any machine that Blender itself runs on."""
+def this_platform() -> str:
+    """Blender's name of it."""
+    return PLATFORMS[platform.system(), platform.machine()]
+
+
+def build_wheel(blender_platform: str, folder: Path) -> Path:
+    """bihtree for any machine of the platform that Blender itself runs on."""
     scripts = Path(sys.executable).parent
     portable = LINUX_PORTABLE if platform.system() == "Linux" else ()
+    target = () if blender_platform == this_platform() else ("--target", TARGETS[blender_platform])
     shutil.rmtree(folder, ignore_errors=True)
     _run(
         *(scripts / "maturin", "build", "--manifest-path", PROJECT / "native" / "bih-python" / "Cargo.toml"),
-        *("--release", "--locked", *portable, "--out", folder),
+        *("--release", "--locked", *portable, *target, "--out", folder),
     )
     (wheel,) = folder.glob("*.whl")
     return wheel
 
 
-def build_extension(wheel: Path) -> Path:
+def build_extension(blender_platform: str, wheel: Path) -> Path:
     """Blender's builder twice: it leaves out what the manifest excludes, then puts the wheel in.
 
     The manifest of the repository cannot name the wheel: its file name says which platform it was built on.
@@ -56,7 +66,6 @@ def build_extension(wheel: Path) -> Path:
     (source / "wheels").mkdir()
     shutil.copy2(wheel, source / "wheels")
 
-    blender_platform = PLATFORMS[platform.system(), platform.machine()]
     manifest = source / "blender_manifest.toml"
     text = manifest.read_text(encoding="utf-8")
     added = f'wheels = ["./wheels/{wheel.name}"]\nplatforms = ["{blender_platform}"]\n'
@@ -88,4 +97,7 @@ def _run(*command: str | Path) -> None:
 
 if __name__ == "__main__":
     print("Building the extension (a minute or two at first)", file=sys.stderr)
-    print(build_extension(build_wheel(WORK / "wheels")))
+    chosen = sys.argv[1] if len(sys.argv) > 1 else this_platform()
+    if chosen not in {this_platform(), *TARGETS}:
+        sys.exit(f"{chosen} cannot be built for here; {', '.join(TARGETS)} can be, on Linux")
+    print(build_extension(chosen, build_wheel(chosen, WORK / "wheels")))

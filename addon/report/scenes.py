@@ -109,7 +109,8 @@ def stadium(triangles: int, exponent: float = 3) -> Scene:
     knot = _knot(triangles - 2 - 2 * rows * columns)
     small = scaled(knot, [size], np.zeros((1, 3)))
     view = framed(small, (0.3, 0.5, 1))
-    return Scene(joined(small, surface(stands), ground(-size, 0.5)), view)
+    # Off the middle: the diagonal of the ground shall not run below the knot.
+    return Scene(joined(small, surface(stands), ground(-size, 0.4, (0.1, 0))), view)
 
 
 def airframe(triangles: int) -> Scene:

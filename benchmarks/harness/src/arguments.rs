@@ -6,7 +6,8 @@ use crate::rays::Kind;
 
 pub const USAGE: &str = "bih-harness --mesh FILE [--embree-libs FOLDER] [--threads 2] [--rounds 5] [--seconds 20]
     [--build SIDE,…] [--trace SIDE[@CALL],…] [--rays primary,bounce,random,shadow,ambient] [--image SIDE,…]
-    [--samples 1,4,16] [--json FILE]
+    [--samples 1,4,16] [--size 1024x768] [--json FILE]
+bih-harness --knows SIDE,… prints those that there are.
 SIDE: bih/wide, bih/classic/leaf4, embree/low, embree/medium/robust, embree/high/compact, obvhs/bvh2/fastest, …
 CALL: batch, 1, 8, 16, 8c, 16c (packets; c: told to be coherent)
 Each part times its sides in turn, round by round, and checks their answers.";
@@ -14,6 +15,8 @@ Each part times its sides in turn, round by round, and checks their answers.";
 #[derive(Debug)]
 pub struct Arguments {
     pub mesh: PathBuf,
+    /// Pixels of the picture, multiples of 8.
+    pub size: [usize; 2],
     pub embree_libs: Option<PathBuf>,
     pub threads: usize,
     pub rounds: usize,
@@ -31,6 +34,7 @@ impl Arguments {
     pub fn parse(words: impl Iterator<Item = String>) -> Result<Self, String> {
         let mut arguments = Self {
             mesh: PathBuf::new(),
+            size: [1024, 768],
             embree_libs: None,
             threads: 2,
             rounds: 5,
@@ -59,6 +63,7 @@ impl Arguments {
                 "--samples" => {
                     arguments.samples = value.split(',').map(|count| number(&name, count)).collect::<Result<_, _>>()?;
                 }
+                "--size" => arguments.size = size(&value)?,
                 "--json" => arguments.json = Some(value.into()),
                 _ => return Err(format!("no option {name}")),
             }
@@ -73,4 +78,11 @@ fn number<T: std::str::FromStr>(name: &str, value: &str) -> Result<T, String> {
 
 fn kind(name: &str) -> Result<Kind, String> {
     Kind::ALL.into_iter().find(|kind| kind.name() == name).ok_or_else(|| format!("no rays {name:?}"))
+}
+
+fn size(value: &str) -> Result<[usize; 2], String> {
+    let sides = value.split_once('x').and_then(|(width, height)| Some([width.parse().ok()?, height.parse().ok()?]));
+    sides
+        .filter(|sides: &[usize; 2]| sides.iter().all(|side| *side > 0 && side.is_multiple_of(8)))
+        .ok_or_else(|| format!("--size: {value:?} is not WIDTHxHEIGHT in multiples of 8"))
 }

@@ -28,6 +28,7 @@ impl BihSide {
             match word {
                 "classic" => options.layout = Layout::Classic,
                 "wide" => options.layout = Layout::Wide,
+                "compact" => options.layout = Layout::Compact,
                 "fast" => options.precision = Precision::Fast,
                 "presort" => options.presort = Some(true),
                 "inplace" => options.presort = Some(false),

@@ -44,3 +44,27 @@ fn digest(answers: &Answers) -> u64 {
         Answers::Hidden(hidden) => hidden.iter().fold(start, |hash, hidden| mix(hash, u32::from(*hidden))),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_kind_of_mistake_is_counted() {
+        let none = (f32::INFINITY, u32::MAX);
+        let reference = Answers::Nearest(vec![(1.0, 0), none, (1.0, 0), (1.0, 0), (1.0, 0), none]);
+        let answers = Answers::Nearest(vec![none, (1.0, 0), (0.9, 1), (1.1, 1), (1.0001, 2), none]);
+        let counts = compare(&answers, &reference);
+        let of = |name: &str| counts[name].as_u64().unwrap();
+        assert_eq!((of("missed"), of("invented"), of("nearer"), of("farther")), (1, 1, 1, 1));
+        assert_eq!((of("hits"), of("other_triangle")), (4, 5));
+    }
+
+    #[test]
+    fn equal_answers_have_equal_digests_and_others_others() {
+        let answers = |t: f32| Answers::Nearest(vec![(1.0, 0), (t, 7)]);
+        assert_eq!(digest(&answers(2.0)), digest(&answers(2.0)));
+        assert_ne!(digest(&answers(2.0)), digest(&answers(2.0f32.next_up())));
+        assert_ne!(digest(&Answers::Hidden(vec![true, false])), digest(&Answers::Hidden(vec![false, true])));
+    }
+}

@@ -7,10 +7,10 @@ use bih_core::render::{Camera, Light, Lighting, RenderOptions, Tile, render, sam
 use rayon::prelude::*;
 
 use crate::bih::BihTree;
-use crate::embree::{Arguments, EmbreeScene, Flushed, Packet};
+use crate::embree::{Arguments, EmbreeScene, Flushed, Packet, PacketHit};
 use crate::mesh::{Mesh, View};
-use crate::rays::{HEIGHT, Pinhole, Ray, WIDTH, diagonal};
-use crate::vector::{Vector, add_scaled, dot, length, subtract, unit};
+use crate::rays::{Pinhole, lift};
+use crate::vector::{Vector, length, subtract};
 
 /// Red, row by row from the lower left.
 pub type Picture = Vec<f32>;
@@ -27,10 +27,11 @@ fn power(view: &View) -> f32 {
 
 /// By bih-core's own renderer.
 pub fn by_bih(built: &BihTree, view: &View, samples: u32) -> Picture {
-    let camera = Camera::new(clip_to_world(view), WIDTH as u32, HEIGHT as u32).expect("the view has an inverse");
+    let (width, height) = (view.width as u32, view.height as u32);
+    let camera = Camera::new(clip_to_world(view), width, height).expect("the view has an inverse");
     let light = Light::Point { position: view.light.map(f64::from), power: [f64::from(power(view)); 3] };
     let options = RenderOptions {
-        tile: Tile { x: 0, y: 0, width: WIDTH as u32, height: HEIGHT as u32 },
+        tile: Tile { x: 0, y: 0, width, height },
         samples,
         seed: 0,
         lighting: Lighting { lights: vec![light], shadows: true },
@@ -43,7 +44,7 @@ pub fn by_bih(built: &BihTree, view: &View, samples: u32) -> Picture {
 
 /// The pinhole as the matrix that bih-core takes: its near plane a thousandth of the way to the target, none far.
 fn clip_to_world(view: &View) -> [[f64; 4]; 4] {
-    let Pinhole { eye, forward, right, up } = Pinhole::new(view);
+    let Pinhole { eye, forward, right, up, .. } = Pinhole::new(view);
     let near = 1e-3 * f64::from(length(subtract(view.target, view.eye)));
     let row = |axis: usize| {
         let half_eye = 0.5 * f64::from(eye[axis]);
@@ -63,23 +64,18 @@ const LANES: usize = SIDE * SIDE;
 
 /// By Embree in packets of 16 that are told to be coherent: 4 x 4 pixels, and their shadow rays.
 pub fn by_embree(scene: &EmbreeScene, mesh: &Mesh, samples: u32) -> Picture {
-    let shader = Shader {
-        scene,
-        pinhole: Pinhole::new(&mesh.view),
-        light: mesh.view.light,
-        power: power(&mesh.view),
-        offset: 1e-5 * diagonal(&mesh.bounds()),
-        samples,
-    };
-    let mut picture = vec![0.0; WIDTH * HEIGHT];
-    picture.par_chunks_mut(SIDE * WIDTH).enumerate().for_each(|(band, rows)| {
+    let shader =
+        Shader { scene, pinhole: Pinhole::new(&mesh.view), light: mesh.view.light, power: power(&mesh.view), samples };
+    let width = mesh.view.width;
+    let mut picture = vec![0.0; width * mesh.view.height];
+    picture.par_chunks_mut(SIDE * width).enumerate().for_each(|(band, rows)| {
         let _flushed = Flushed::new();
         let mut arguments = Arguments::new(true);
-        for block in 0..WIDTH / SIDE {
+        for block in 0..width / SIDE {
             let corner = (block * SIDE, band * SIDE);
             let radiance = shader.block(corner, &mut arguments);
             for (lane, value) in radiance.into_iter().enumerate() {
-                rows[(lane / SIDE) * WIDTH + corner.0 + lane % SIDE] = value / samples as f32;
+                rows[(lane / SIDE) * width + corner.0 + lane % SIDE] = value / samples as f32;
             }
         }
     });
@@ -91,8 +87,18 @@ struct Shader<'a> {
     pinhole: Pinhole,
     light: Vector,
     power: f32,
-    offset: f32,
     samples: u32,
+}
+
+/// A vector for each lane, side by side: loops over lanes become vector instructions.
+type Wide = [[f32; LANES]; 3];
+
+fn each(value: impl Fn(usize) -> f32) -> [f32; LANES] {
+    std::array::from_fn(value)
+}
+
+fn dots(a: &Wide, b: &Wide) -> [f32; LANES] {
+    each(|lane| a[0][lane] * b[0][lane] + a[1][lane] * b[1][lane] + a[2][lane] * b[2][lane])
 }
 
 impl Shader<'_> {
@@ -100,45 +106,67 @@ impl Shader<'_> {
     fn block(&self, corner: (usize, usize), arguments: &mut Arguments) -> [f32; LANES] {
         let mut sum = [0.0; LANES];
         for sample in 0..self.samples {
-            let [x, y] = sample_offset(sample, 0).map(|offset| offset as f32);
-            let rays: [Ray; LANES] = std::array::from_fn(|lane| {
-                let (column, row) = (corner.0 + lane % SIDE, corner.1 + lane / SIDE);
-                self.pinhole.ray(column as f32 + x, row as f32 + y)
-            });
-            let hits = self.scene.nearest_of(&Packet::<LANES>::new(&rays), arguments);
-            let mut shadow = rays;
-            let mut lit = [0.0; LANES];
-            let mut valid = [0; LANES];
+            let camera = self.camera_rays(corner, sample_offset(sample, 0).map(|offset| offset as f32));
+            let hits = self.scene.nearest_of(&camera, arguments);
+            let is_hit: [bool; LANES] = std::array::from_fn(|lane| hits.triangle[lane] != u32::MAX);
+            let (shadow, fill, lit) = self.shade(&camera, &hits, &is_hit);
             for lane in 0..LANES {
-                if hits.triangle[lane] == u32::MAX {
-                    continue;
-                }
-                let normal = unit(hits.normal.map(|axis| axis[lane]));
-                let away = dot(normal, rays[lane].direction);
-                let normal = if away > 0.0 { normal.map(|x| -x) } else { normal };
-                sum[lane] += FILL * ALBEDO * away.abs();
-                let position = add_scaled(rays[lane].origin, hits.t[lane], rays[lane].direction);
-                let origin = add_scaled(position, self.offset, normal);
-                let to_light = subtract(self.light, position);
-                let squared = dot(to_light, to_light);
-                let cosine = dot(to_light, normal) / squared.sqrt();
-                if cosine > 0.0 {
-                    lit[lane] = ALBEDO / PI * cosine * self.power / (4.0 * PI * squared);
-                    valid[lane] = -1;
-                    shadow[lane] = Ray { origin, t_min: 0.0, direction: subtract(self.light, origin), t_max: 1.0 };
-                }
+                sum[lane] += if is_hit[lane] { fill[lane] } else { 0.0 };
             }
-            if valid == [0; LANES] {
+            if shadow.valid == [0; LANES] {
                 continue;
             }
-            let hidden = self.scene.hidden_of(&Packet { valid, ..Packet::new(&shadow) }, arguments);
+            let hidden = self.scene.hidden_of(&shadow, arguments);
             for lane in 0..LANES {
-                if hidden[lane] >= 0.0 {
-                    sum[lane] += lit[lane];
-                }
+                sum[lane] += if shadow.valid[lane] != 0 && hidden[lane] >= 0.0 { lit[lane] } else { 0.0 };
             }
         }
         sum
+    }
+
+    fn camera_rays(&self, corner: (usize, usize), offset: [f32; 2]) -> Packet<LANES> {
+        let Pinhole { eye, forward, right, up, .. } = self.pinhole;
+        let pixel = |lane: usize| ((corner.0 + lane % SIDE) as f32, (corner.1 + lane / SIDE) as f32);
+        let x = each(|lane| self.pinhole.place(pixel(lane).0 + offset[0], 0.0)[0]);
+        let y = each(|lane| self.pinhole.place(0.0, pixel(lane).1 + offset[1])[1]);
+        let along: Wide =
+            std::array::from_fn(|axis| each(|lane| forward[axis] + x[lane] * right[axis] + y[lane] * up[axis]));
+        let squared = dots(&along, &along);
+        let inverse = each(|lane| 1.0 / squared[lane].sqrt());
+        Packet {
+            origin: eye.map(|value| [value; LANES]),
+            t_min: [0.0; LANES],
+            direction: along.map(|axis| each(|lane| axis[lane] * inverse[lane])),
+            t_max: [f32::INFINITY; LANES],
+            valid: [-1; LANES],
+        }
+    }
+
+    /// Rays to the light where it can shine, the headlight's part of the radiance, and the light's.
+    fn shade(
+        &self,
+        camera: &Packet<LANES>,
+        hits: &PacketHit<LANES>,
+        is_hit: &[bool; LANES],
+    ) -> (Packet<LANES>, [f32; LANES], [f32; LANES]) {
+        let normal_length = dots(&hits.normal, &hits.normal).map(f32::sqrt);
+        let away = dots(&hits.normal, &camera.direction);
+        let scale = each(|lane| if away[lane] > 0.0 { -1.0 } else { 1.0 } / normal_length[lane]);
+        let normal: Wide = hits.normal.map(|axis| each(|lane| axis[lane] * scale[lane]));
+        let fill = each(|lane| FILL * ALBEDO * (away[lane] / normal_length[lane]).abs());
+        let lifts = each(|lane| lift(self.pinhole.eye, hits.t[lane]));
+        let origin: Wide = std::array::from_fn(|axis| {
+            let (start, along) = (&camera.origin[axis], &camera.direction[axis]);
+            each(|lane| start[lane] + hits.t[lane] * along[lane] + lifts[lane] * normal[axis][lane])
+        });
+        let to_light: Wide = std::array::from_fn(|axis| each(|lane| self.light[axis] - origin[axis][lane]));
+        let squared = dots(&to_light, &to_light);
+        let facing = dots(&to_light, &normal);
+        let strength = ALBEDO / PI * self.power / (4.0 * PI);
+        let lit = each(|lane| strength * facing[lane] / (squared[lane] * squared[lane].sqrt()));
+        let valid = std::array::from_fn(|lane| if is_hit[lane] && facing[lane] > 0.0 { -1 } else { 0 });
+        let shadow = Packet { origin, t_min: [0.0; LANES], direction: to_light, t_max: [1.0; LANES], valid };
+        (shadow, fill, lit)
     }
 }
 

@@ -37,6 +37,14 @@ fn main() -> ExitCode {
         println!("{USAGE}");
         return ExitCode::SUCCESS;
     }
+    if let [option, names] = &words[..]
+        && option == "--knows"
+    {
+        for name in names.split(',').filter(|name| side::is_known(name)) {
+            println!("{name}");
+        }
+        return ExitCode::SUCCESS;
+    }
     match Arguments::parse(words.into_iter()).and_then(|arguments| run(&arguments)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(reason) => {
@@ -47,7 +55,8 @@ fn main() -> ExitCode {
 }
 
 fn run(arguments: &Arguments) -> Result<(), String> {
-    let mesh = Mesh::read(&arguments.mesh).map_err(|error| format!("{}: {error}", arguments.mesh.display()))?;
+    let mesh = Mesh::read(&arguments.mesh, arguments.size)
+        .map_err(|error| format!("{}: {error}", arguments.mesh.display()))?;
     let device = match &arguments.embree_libs {
         Some(folder) => Some(Device::new(folder, arguments.threads)?),
         None => None,

@@ -20,6 +20,9 @@ pub struct View {
     /// Vertical, in degrees.
     pub angle: f32,
     pub light: Vector,
+    /// Pixels, multiples of 8.
+    pub width: usize,
+    pub height: usize,
 }
 
 #[derive(Debug)]
@@ -31,19 +34,20 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    pub fn read(path: &Path) -> io::Result<Self> {
+    /// To be looked at in a picture of so many pixels.
+    pub fn read(path: &Path, size: [usize; 2]) -> io::Result<Self> {
         let bytes = fs::read(path)?;
-        Self::parse(&bytes).ok_or_else(|| io::Error::new(io::ErrorKind::InvalidData, "not a mesh of the driver"))
+        Self::parse(&bytes, size).ok_or_else(|| io::Error::new(io::ErrorKind::InvalidData, "not a mesh of the driver"))
     }
 
-    fn parse(bytes: &[u8]) -> Option<Self> {
+    fn parse(bytes: &[u8], [width, height]: [usize; 2]) -> Option<Self> {
         let mut rest = bytes.strip_prefix(b"BIHBENCH")?;
         let vertices = u64::from_le_bytes(take(&mut rest)?) as usize;
         let triangles = u64::from_le_bytes(take(&mut rest)?) as usize;
         let mut number = || Some(f64::from_le_bytes(take(&mut rest)?) as f32);
         let mut point = || Some([number()?, number()?, number()?]);
         let (eye, target, up) = (point()?, point()?, point()?);
-        let view = View { eye, target, up, angle: number()?, light: [number()?, number()?, number()?] };
+        let view = View { eye, target, up, angle: number()?, light: [number()?, number()?, number()?], width, height };
         let (coordinates, rows) = rest.split_at_checked(vertices.checked_mul(12)?)?;
         if rows.len() != triangles.checked_mul(12)? {
             return None;
@@ -87,4 +91,40 @@ fn take<const N: usize>(bytes: &mut &[u8]) -> Option<[u8; N]> {
 
 fn triple<T>(row: &[u8; 12], number: impl Fn([u8; 4]) -> T) -> [T; 3] {
     std::array::from_fn(|axis| number(std::array::from_fn(|byte| row[4 * axis + byte])))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn file() -> Vec<u8> {
+        let mut bytes = b"BIHBENCH".to_vec();
+        bytes.extend([3u64, 1].into_iter().flat_map(u64::to_le_bytes));
+        bytes.extend((0..13).flat_map(|number| f64::from(number).to_le_bytes()));
+        bytes.extend((0..9u8).flat_map(|number| f32::from(number).to_le_bytes()));
+        bytes.extend([2u32, 1, 0].into_iter().flat_map(u32::to_le_bytes));
+        bytes
+    }
+
+    #[test]
+    fn a_file_is_read_as_it_was_written() {
+        let mesh = Mesh::parse(&file(), [16, 8]).unwrap();
+        assert_eq!(
+            (mesh.view.eye, mesh.view.target, mesh.view.up),
+            ([0.0, 1.0, 2.0], [3.0, 4.0, 5.0], [6.0, 7.0, 8.0])
+        );
+        assert_eq!((mesh.view.angle, mesh.view.light), (9.0, [10.0, 11.0, 12.0]));
+        assert_eq!(mesh.vertices(), [[0.0, 1.0, 2.0], [3.0, 4.0, 5.0], [6.0, 7.0, 8.0]]);
+        assert_eq!(mesh.corners(0), [[6.0, 7.0, 8.0], [3.0, 4.0, 5.0], [0.0, 1.0, 2.0]]);
+        assert_eq!((mesh.bounds().lower, mesh.bounds().upper), ([0.0, 1.0, 2.0], [6.0, 7.0, 8.0]));
+    }
+
+    #[test]
+    fn a_file_cut_short_anywhere_is_refused() {
+        let bytes = file();
+        for length in 0..bytes.len() {
+            assert!(Mesh::parse(&bytes[..length], [16, 8]).is_none(), "{length}");
+        }
+        assert!(Mesh::parse(&[&bytes[..], &[0]].concat(), [16, 8]).is_none());
+    }
 }

@@ -5,10 +5,6 @@ use bih_core::Bounds;
 use crate::mesh::{Mesh, View};
 use crate::vector::{Vector, add_scaled, cross, dot, length, subtract, unit};
 
-/// Pixels of the picture.
-pub const WIDTH: usize = 1024;
-pub const HEIGHT: usize = 768;
-
 /// In single precision, 32 bytes.
 #[derive(Debug, Clone, Copy)]
 pub struct Ray {
@@ -90,6 +86,8 @@ pub struct Pinhole {
     pub forward: Vector,
     pub right: Vector,
     pub up: Vector,
+    width: f32,
+    height: f32,
 }
 
 impl Pinhole {
@@ -97,35 +95,38 @@ impl Pinhole {
         let forward = unit(subtract(view.target, view.eye));
         let right = unit(cross(forward, view.up));
         let tangent = (0.5 * view.angle.to_radians()).tan();
-        let aspect = WIDTH as f32 / HEIGHT as f32;
+        let (width, height) = (view.width as f32, view.height as f32);
         let up = cross(right, forward).map(|x| x * tangent);
-        Self { eye: view.eye, forward, right: right.map(|x| x * tangent * aspect), up }
+        Self { eye: view.eye, forward, right: right.map(|x| x * tangent * width / height), up, width, height }
+    }
+
+    /// From -1 to 1, of a place counted in pixels from the lower left.
+    #[inline(always)]
+    pub fn place(&self, x: f32, y: f32) -> [f32; 2] {
+        [2.0 * x / self.width - 1.0, 2.0 * y / self.height - 1.0]
     }
 
     /// Through a place in the picture, counted in pixels from the lower left.
     #[inline(always)]
     pub fn ray(&self, x: f32, y: f32) -> Ray {
-        let (x, y) = (2.0 * x / WIDTH as f32 - 1.0, 2.0 * y / HEIGHT as f32 - 1.0);
+        let [x, y] = self.place(x, y);
         let direction = unit(add_scaled(add_scaled(self.forward, x, self.right), y, self.up));
         Ray { origin: self.eye, t_min: 0.0, direction, t_max: f32::INFINITY }
     }
 }
 
 /// Pixels in tiles of 8 x 8, those in blocks of 4 x 4: neighbours in packets of 8, 16 and 64.
-pub fn pixels() -> impl Iterator<Item = (usize, usize)> {
-    (0..WIDTH * HEIGHT).map(pixel)
-}
-
-pub fn pixel(place: usize) -> (usize, usize) {
+fn pixel(place: usize, width: usize) -> (usize, usize) {
     let (tile, within) = (place / 64, place % 64);
-    let (tile_x, tile_y) = (tile % (WIDTH / 8), tile / (WIDTH / 8));
+    let (tile_x, tile_y) = (tile % (width / 8), tile / (width / 8));
     let (block, within) = (within / 16, within % 16);
     (8 * tile_x + 4 * (block % 2) + within % 4, 8 * tile_y + 4 * (block / 2) + within / 4)
 }
 
 pub fn primary(view: &View) -> Vec<Ray> {
     let pinhole = Pinhole::new(view);
-    pixels().map(|(x, y)| pinhole.ray(x as f32 + 0.5, y as f32 + 0.5)).collect()
+    let pixels = (0..view.width * view.height).map(|place| pixel(place, view.width));
+    pixels.map(|(x, y)| pinhole.ray(x as f32 + 0.5, y as f32 + 0.5)).collect()
 }
 
 /// What later rays start from.
@@ -135,19 +136,25 @@ struct Surface {
     normal: Vector,
 }
 
-/// The primary hits, lifted off their triangles by 10^-5 of the scene.
+/// How far a hit is lifted off its triangle: what single precision cannot tell, with a margin, whatever the scene's size.
+#[inline(always)]
+pub fn lift(origin: Vector, t: f32) -> f32 {
+    let largest = origin.iter().fold(0.0f32, |largest, x| largest.max(x.abs()));
+    (2e-5 * t).max(1e-6 * largest)
+}
+
+/// The primary hits, lifted off their triangles.
 fn surfaces<'a>(mesh: &'a Mesh, rays: &'a [Ray], found: &'a [Found]) -> impl Iterator<Item = Surface> + 'a {
-    let offset = 1e-5 * diagonal(&mesh.bounds());
     rays.iter().zip(found).filter(|(_, (t, _))| t.is_finite()).map(move |(ray, &(t, triangle))| {
         let [a, b, c] = mesh.corners(triangle);
         let normal = unit(cross(unit(subtract(b, a)), unit(subtract(c, a))));
         let normal = if dot(normal, ray.direction) > 0.0 { normal.map(|x| -x) } else { normal };
-        let position = add_scaled(add_scaled(ray.origin, t, ray.direction), offset, normal);
+        let position = add_scaled(add_scaled(ray.origin, t, ray.direction), lift(ray.origin, t), normal);
         Surface { position, normal }
     })
 }
 
-pub fn diagonal(bounds: &Bounds) -> f32 {
+fn diagonal(bounds: &Bounds) -> f32 {
     length(subtract(bounds.upper, bounds.lower))
 }
 
@@ -207,11 +214,60 @@ pub fn random(mesh: &Mesh) -> Vec<Ray> {
     let size = subtract(bounds.upper, bounds.lower);
     let centre = add_scaled(bounds.lower, 0.5, size);
     let radius = 0.6 * diagonal(&bounds);
-    (0..WIDTH * HEIGHT)
+    (0..mesh.view.width * mesh.view.height)
         .map(|_| {
             let origin = add_scaled(centre, radius, random.direction());
             let target: Vector = std::array::from_fn(|axis| bounds.lower[axis] + random.unit() * size[axis]);
             Ray { origin, t_min: 0.0, direction: unit(subtract(target, origin)), t_max: f32::INFINITY }
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_pixel_comes_once_and_packets_are_blocks() {
+        let (width, height) = (32, 16);
+        let mut seen = vec![false; width * height];
+        for place in 0..width * height {
+            let (x, y) = pixel(place, width);
+            assert!(!std::mem::replace(&mut seen[y * width + x], true));
+        }
+        for first in (0..width * height).step_by(16) {
+            let (left, bottom) = pixel(first, width);
+            for place in first..first + 16 {
+                let (x, y) = pixel(place, width);
+                assert!((left..left + 4).contains(&x) && (bottom..bottom + 4).contains(&y));
+            }
+        }
+    }
+
+    #[test]
+    fn the_pinhole_looks_at_its_target_through_the_middle() {
+        let view = View {
+            eye: [1.0, 2.0, 3.0],
+            target: [1.0, 2.0, -7.0],
+            up: [0.0, 1.0, 0.0],
+            angle: 90.0,
+            light: [0.0; 3],
+            width: 32,
+            height: 16,
+        };
+        let pinhole = Pinhole::new(&view);
+        assert_eq!(pinhole.ray(16.0, 8.0).direction, [0.0, 0.0, -1.0]);
+        let [x, y, z] = pinhole.ray(32.0, 16.0).direction;
+        assert!((x / -z - 2.0).abs() < 1e-6 && (y / -z - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn bounces_leave_the_surface_with_the_cosine_as_their_mean() {
+        let (mut random, normal) = (Random(1), unit([1.0, 2.0, -2.0]));
+        let cosines: Vec<_> = (0..100_000).map(|_| dot(cosine_weighted(&mut random, normal), normal)).collect();
+        assert!(cosines.iter().all(|cosine| *cosine > 0.0));
+        // The mean of the cosine under a density of cosine / pi is 2/3.
+        let mean = cosines.iter().sum::<f32>() / cosines.len() as f32;
+        assert!((mean - 2.0 / 3.0).abs() < 0.005, "{mean}");
+    }
 }

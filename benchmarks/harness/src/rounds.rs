@@ -51,3 +51,31 @@ impl Clock {
         facts
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sides_take_turns_and_the_first_round_does_not_count() {
+        let mut turns = Vec::new();
+        let clocks = Rounds { count: 3, seconds: 60.0 }.run(2, |side| {
+            turns.push(side);
+            (turns.len() * 10) as f64
+        });
+        assert_eq!(turns, [0, 1, 0, 1, 0, 1, 0, 1]);
+        assert_eq!(clocks[0].0, [30.0, 50.0, 70.0]);
+        assert_eq!((clocks[0].median(), clocks[1].median()), (50.0, 60.0));
+    }
+
+    #[test]
+    fn one_round_is_counted_however_long_it_takes() {
+        let clocks = Rounds { count: 3, seconds: 0.0 }.run(1, |_| 1.0);
+        assert_eq!(clocks[0].0, [1.0]);
+    }
+
+    #[test]
+    fn the_median_of_an_even_number_is_between_two() {
+        assert_eq!(Clock(vec![4.0, 1.0, 3.0, 2.0]).median(), 2.5);
+    }
+}

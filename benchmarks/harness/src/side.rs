@@ -5,7 +5,7 @@ use std::time::Instant;
 use rayon::ThreadPool;
 
 use crate::bih::BihSide;
-use crate::embree::{Device, EmbreeSide, Packet};
+use crate::embree::{self, Device, EmbreeSide, Packet};
 use crate::mesh::Mesh;
 use crate::obvhs::ObvhsSide;
 use crate::rays::{Found, Kind, Ray};
@@ -88,6 +88,15 @@ pub enum Side<'a> {
     Bih(BihSide),
     Embree(EmbreeSide<'a>),
     Obvhs(ObvhsSide),
+}
+
+/// Whether there is a side of that name.
+pub fn is_known(name: &str) -> bool {
+    match name.split_once('/') {
+        // Its qualities and flags are known without its library.
+        Some(("embree", words)) => embree::settings(&words.split('/').collect::<Vec<_>>()).is_ok(),
+        _ => Side::parse(name, None).is_ok(),
+    }
 }
 
 impl<'a> Side<'a> {

@@ -53,6 +53,7 @@ impl Stats {
     pub fn new(
         stats: &bih_core::tree::Stats,
         layout: &'static str,
+        heuristic: &'static str,
         precision: &'static str,
         mesh_bytes: usize,
     ) -> Self {
@@ -60,7 +61,7 @@ impl Stats {
             structure: "bih",
             layout,
             build: "eager",
-            heuristic: "global",
+            heuristic,
             precision,
             triangles: stats.triangles,
             nodes: stats.nodes,
@@ -72,7 +73,7 @@ impl Stats {
             mesh_bytes,
             peak_build_bytes: stats.peak_build_bytes,
             build_seconds: stats.build_seconds,
-            presorted: false,
+            presorted: stats.presorted,
             left_out: stats.left_out.iter().cloned().collect(),
             rejected: stats.rejected,
         }

@@ -1,6 +1,6 @@
 //! Trees and their queries.
 
-use bih_core::build::{Layout, Precision};
+use bih_core::build::{Heuristic, Layout, Precision};
 use bih_core::geometry::Triangles;
 use bih_core::simd::FloatEnvironment;
 use bih_core::traverse::{Float, Limits, RayBatch};
@@ -56,13 +56,14 @@ impl Tree {
         let layout = match layout {
             "classic" => Layout::Classic,
             "wide" => Layout::Wide,
+            "compact" => Layout::Compact,
             _ => {
-                let text = format!("layout: {layout:?} is not in this version; choose \"wide\" or \"classic\"");
+                let text = format!("layout: {layout:?} is unknown; choose \"wide\", \"compact\" or \"classic\"");
                 return Err(PyValueError::new_err(text));
             }
         };
         one_of("build", build, "eager")?;
-        one_of("heuristic", heuristic, "global")?;
+        let heuristic = named_heuristic(heuristic)?;
         let precision = match precision {
             "fast" => Precision::Fast,
             "watertight" => Precision::Watertight,
@@ -72,8 +73,9 @@ impl Tree {
                 return Err(PyValueError::new_err(text));
             }
         };
-        if presort == Some(true) {
-            return Err(PyValueError::new_err("presort: this version has no bucket sort; leave it out"));
+        if presort == Some(true) && heuristic != Heuristic::Global {
+            let text = "presort: the bucket sort is of the cells of heuristic \"global\"; leave it out";
+            return Err(PyValueError::new_err(text));
         }
         let leaf_size = leaf_size.map(|size| count("leaf_size", size, 1)).transpose()?;
         let threads = count("threads", threads, 0)?;
@@ -87,7 +89,7 @@ impl Tree {
             .then(|| ThreadPoolBuilder::new().num_threads(threads).build())
             .transpose()
             .map_err(|error| BihError::new_err(format!("threads: {threads} could not be started ({error})")))?;
-        let options = BuildOptions { layout, precision, leaf_size, ..Default::default() };
+        let options = BuildOptions { layout, heuristic, presort, precision, leaf_size };
         let core = mesh.with_triangles(py, |triangles| {
             supervise(py, pool.as_ref(), progress, |control| bih_core::build(&triangles, &options, control))
         })??;
@@ -154,12 +156,21 @@ impl Tree {
     /// What the tree is and what it cost.
     #[getter]
     fn stats(&self) -> Stats {
-        let layout = if self.core.wide().is_some() { "wide" } else { "classic" };
+        let layout = match (self.core.wide(), self.core.compact()) {
+            (Some(_), _) => "wide",
+            (_, Some(_)) => "compact",
+            _ => "classic",
+        };
         let precision = match self.core.precision() {
             Precision::Fast => "fast",
             Precision::Watertight => "watertight",
         };
-        Stats::new(self.core.stats(), layout, precision, self.mesh.owned_bytes)
+        let heuristic = match self.core.heuristic() {
+            Heuristic::Global => "global",
+            Heuristic::Local => "local",
+            Heuristic::Sah => "sah",
+        };
+        Stats::new(self.core.stats(), layout, heuristic, precision, self.mesh.owned_bytes)
     }
 
     /// (2, 3) lower and upper corner; inf and -inf where no triangle can be hit.
@@ -270,6 +281,19 @@ impl Tree {
     /// Call `read` with a view of the triangles.
     pub fn with_triangles<R>(&self, py: Python<'_>, read: impl FnOnce(Triangles<'_>) -> R) -> PyResult<R> {
         self.mesh.with_triangles(py, read)
+    }
+}
+
+/// The heuristic of that name.
+fn named_heuristic(name: &str) -> PyResult<Heuristic> {
+    match name {
+        "global" => Ok(Heuristic::Global),
+        "local" => Ok(Heuristic::Local),
+        "sah" => Ok(Heuristic::Sah),
+        _ => {
+            let text = format!("heuristic: {name:?} is not one; choose \"global\", \"local\" or \"sah\"");
+            Err(PyValueError::new_err(text))
+        }
     }
 }
 

@@ -56,6 +56,23 @@ impl Drop for Device {
     }
 }
 
+/// The build quality and the scene's flags.
+pub fn settings(words: &[&str]) -> Result<(c_int, c_int), String> {
+    let [quality, flags @ ..] = words else { return Err("low, medium or high".to_owned()) };
+    let quality = match *quality {
+        "low" => 0,
+        "medium" => 1,
+        "high" => 2,
+        _ => return Err(format!("no quality {quality:?}")),
+    };
+    let flags = flags.iter().try_fold(0, |flags, &flag| match flag {
+        "compact" => Ok(flags | 2),
+        "robust" => Ok(flags | 4),
+        _ => Err(format!("no flag {flag:?}")),
+    })?;
+    Ok((quality, flags))
+}
+
 pub struct EmbreeSide<'a> {
     device: &'a Device,
     quality: c_int,
@@ -64,18 +81,7 @@ pub struct EmbreeSide<'a> {
 
 impl<'a> EmbreeSide<'a> {
     pub fn parse(words: &[&str], device: &'a Device) -> Result<Self, String> {
-        let [quality, flags @ ..] = words else { return Err("low, medium or high".to_owned()) };
-        let quality = match *quality {
-            "low" => 0,
-            "medium" => 1,
-            "high" => 2,
-            _ => return Err(format!("no quality {quality:?}")),
-        };
-        let flags = flags.iter().try_fold(0, |flags, &flag| match flag {
-            "compact" => Ok(flags | 2),
-            "robust" => Ok(flags | 4),
-            _ => Err(format!("no flag {flag:?}")),
-        })?;
+        let (quality, flags) = settings(words)?;
         Ok(Self { device, quality, flags })
     }
 

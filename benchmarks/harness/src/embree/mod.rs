@@ -6,8 +6,8 @@ mod library;
 mod packets;
 mod trace;
 
-pub use device::{Device, EmbreeSide};
+pub use device::{Device, EmbreeSide, settings};
 pub use flush::Flushed;
 pub use library::Arguments;
 pub use packets::Packet;
-pub use trace::EmbreeScene;
+pub use trace::{EmbreeScene, PacketHit};

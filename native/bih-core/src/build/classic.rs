@@ -1,6 +1,6 @@
 //! Emission of 12-byte nodes.
 
-use super::frame::Emission;
+use super::frame::{Emission, Weight};
 use super::treelet::{Branch, Treelet};
 use crate::tree::Node;
 
@@ -15,12 +15,23 @@ pub struct Piece {
 }
 
 /// All nodes.
+#[derive(Default)]
 pub struct Nodes {
     pub nodes: Vec<Node>,
     pub depth: usize,
     pub leaves: usize,
-    /// What was held at once.
-    pub peak_bytes: usize,
+}
+
+impl Weight for Piece {
+    fn bytes(&self) -> usize {
+        self.nodes.capacity() * Node::BYTES
+    }
+}
+
+impl Weight for Nodes {
+    fn bytes(&self) -> usize {
+        self.nodes.capacity() * Node::BYTES
+    }
 }
 
 impl Emission for ClassicNodes {
@@ -51,8 +62,7 @@ impl Emission for ClassicNodes {
         let depth = top.branches.iter().zip(depths(&top.branches)).filter(|(branch, _)| branch.is_leaf());
         let depth = depth.map(|(leaf, depth)| depth + pieces[leaf.first as usize].depth).max().unwrap_or(0);
         let leaves = pieces.iter().map(|piece| piece.leaves).sum();
-        let parts: usize = pieces.iter().map(|piece| piece.nodes.capacity()).sum();
-        Nodes { peak_bytes: (parts + nodes.capacity()) * Node::BYTES, nodes, depth, leaves }
+        Nodes { nodes, depth, leaves }
     }
 }
 

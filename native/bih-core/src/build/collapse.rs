@@ -4,12 +4,17 @@
 //! Booth 1990). So the records wanted are those of least total area; a dynamic programme over how many lanes a node may
 //! take finds them (Ylitie, Karras and Laine 2017, section 3.2).
 
+use super::source::least;
 use super::treelet::{Branch, Treelet};
 use crate::geometry::Bounds;
+use crate::simd::{self, Kernel, dispatch};
 use crate::tree::{Child, Orders, Record, WIDTH};
 
-/// What a record costs beside its area, as a share of the treelet's own: fewer of them where areas are equal.
-const LEAST_COST: f32 = 1e-6;
+/// Costs are whole numbers, so that they are compared exactly: those of all records of a treelet sum to less than this.
+const LARGEST_COST: i32 = 1 << 26;
+
+/// They stand above three bits.
+const COST_SHIFT: u32 = 3;
 
 /// A node that is one lane by itself.
 const WHOLE: u8 = 0;
@@ -17,7 +22,7 @@ const WHOLE: u8 = 0;
 /// What it costs to give a node at most 1, 2, … 8 lanes, and how many of them its lower child then gets.
 #[derive(Debug, Clone, Copy)]
 struct Plan {
-    costs: [f32; WIDTH],
+    costs: [i32; WIDTH],
     /// Lanes of the lower child in the lower four bits, of both in the upper ones. The first entry is that of a record.
     lanes: [u8; WIDTH],
 }
@@ -29,9 +34,17 @@ pub struct Collapse {
 }
 
 impl Collapse {
+    /// Bytes that it takes for each node of a treelet.
+    pub const BYTES: usize = size_of::<Plan>();
+
     /// Emit the records of a treelet. `leaf` is given each leaf and the depth of its record, the root's being 1, and
     /// answers what stands in its lane.
-    pub fn emit(&mut self, treelet: &Treelet, mut leaf: impl FnMut(&Branch, usize) -> Child) -> Vec<Record> {
+    pub fn emit(&mut self, treelet: &Treelet, leaf: impl FnMut(&Branch, usize) -> Child) -> Vec<Record> {
+        dispatch(Emit { collapse: self, treelet, leaf })
+    }
+
+    #[inline(always)]
+    fn emit_in_lanes(&mut self, treelet: &Treelet, mut leaf: impl FnMut(&Branch, usize) -> Child) -> Vec<Record> {
         let branches = &treelet.branches[..];
         self.plan(branches);
         let mut records = Vec::with_capacity(branches.len() / 8 + 1);
@@ -58,18 +71,22 @@ impl Collapse {
         records
     }
 
+    #[inline(always)]
     fn plan(&mut self, branches: &[Branch]) {
-        const LEAF: Plan = Plan { costs: [0.0; WIDTH], lanes: [WHOLE; WIDTH] };
-        let largest = half_area(&branches[0].bounds);
-        let unit = if largest > 0.0 { 1.0 / largest } else { 0.0 };
+        const LEAF: Plan = Plan { costs: [0; WIDTH], lanes: [WHOLE; WIDTH] };
+        // There are fewer records than leaves. One costs 1 and its share of the area, so that fewer are better.
+        let leaves = branches.len() as i32 / 2 + 1;
+        let most = f64::from((LARGEST_COST / leaves - 1).max(0));
+        let whole = half_area(&branches[0].bounds);
+        let unit = if whole > 0.0 { most / whole } else { 0.0 };
         self.plans.clear();
         self.plans.resize(branches.len(), LEAF);
         for index in (0..branches.len()).rev() {
             let branch = &branches[index];
             if !branch.is_leaf() {
                 let left = branch.left as usize;
-                let cost = (half_area(&branch.bounds) * unit) as f32 + LEAST_COST;
-                self.plans[index] = Plan::of(cost, &self.plans[left], &self.plans[left + 1]);
+                let cost = 1 + least(half_area(&branch.bounds) * unit, most) as i32;
+                self.plans[index] = Plan::of(cost << COST_SHIFT, &self.plans[left], &self.plans[left + 1]);
             }
         }
     }
@@ -100,6 +117,21 @@ impl Collapse {
             (upper_orders, lanes.count - middle),
             branches[node].axis(),
         )
+    }
+}
+
+struct Emit<'a, F> {
+    collapse: &'a mut Collapse,
+    treelet: &'a Treelet,
+    leaf: F,
+}
+
+impl<F: FnMut(&Branch, usize) -> Child> Kernel for Emit<'_, F> {
+    type Output = Vec<Record>;
+
+    #[inline(always)]
+    fn run<L: simd::Lanes>(self) -> Vec<Record> {
+        self.collapse.emit_in_lanes(self.treelet, self.leaf)
     }
 }
 
@@ -141,34 +173,37 @@ impl PartialOrders {
 
 impl Plan {
     #[inline(always)]
-    fn of(cost: f32, lower: &Self, upper: &Self) -> Self {
-        // Both children inside: costs[i] and shares[i] for i + 1 lanes.
-        let mut costs = [f32::INFINITY; WIDTH];
-        let mut shares = [0u32; WIDTH];
-        let mut padded = [f32::INFINITY; 2 * WIDTH];
+    fn of(cost: i32, lower: &Self, upper: &Self) -> Self {
+        // Both children as so many lanes, the cheapest shares: the lower one's stands in the bits below the cost.
+        let mut padded = [LARGEST_COST << COST_SHIFT; 2 * WIDTH];
         padded[WIDTH..].copy_from_slice(&upper.costs);
+        let mut divided = [i32::MAX; WIDTH];
         for share in 1..WIDTH {
             for lanes in 0..WIDTH {
-                let sum = lower.costs[share - 1] + padded[WIDTH + lanes - share];
-                if sum < costs[lanes] {
-                    costs[lanes] = sum;
-                    shares[lanes] = share as u32;
-                }
+                let sum = (lower.costs[share - 1] + padded[WIDTH + lanes - share]) | share as i32;
+                divided[lanes] = divided[lanes].min(sum);
             }
         }
-        let mut plan = Self { costs: [cost + costs[WIDTH - 1]; WIDTH], lanes: [WHOLE; WIDTH] };
-        for lanes in 1..WIDTH {
-            (plan.costs[lanes], plan.lanes[lanes]) = if costs[lanes] < plan.costs[lanes - 1] {
-                (costs[lanes], shares[lanes] as u8 | (lanes as u8 + 1) << 4)
+        const SHARE: i32 = (1 << COST_SHIFT) - 1;
+        let lanes_of = |lanes: usize| (divided[lanes - 1] & SHARE) as u8 | (lanes as u8) << 4;
+        let mut plan = Self { costs: [cost + (divided[WIDTH - 1] & !SHARE); WIDTH], lanes: [WHOLE; WIDTH] };
+        plan.lanes[0] = lanes_of(WIDTH);
+        let mut best = WHOLE;
+        for lanes in 2..=WIDTH {
+            let cost = divided[lanes - 1] & !SHARE;
+            if cost < plan.costs[lanes - 2] {
+                plan.costs[lanes - 1] = cost;
+                best = lanes_of(lanes);
             } else {
-                (plan.costs[lanes - 1], plan.lanes[lanes - 1])
-            };
+                plan.costs[lanes - 1] = plan.costs[lanes - 2];
+            }
+            plan.lanes[lanes - 1] = best;
         }
-        plan.lanes[0] = shares[WIDTH - 1] as u8 | (WIDTH as u8) << 4;
         plan
     }
 }
 
+#[inline(always)]
 fn half_area(bounds: &Bounds) -> f64 {
     let [x, y, z]: [f64; 3] = std::array::from_fn(|axis| f64::from(bounds.upper[axis]) - f64::from(bounds.lower[axis]));
     x * y + y * z + z * x

@@ -4,14 +4,12 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use super::accepted::CHUNK;
 use super::source::{Coordinate, Reading, Source, box_of, least, most, read};
 use crate::control::{Cancelled, Control};
 use crate::geometry::{Bounds, Triangles, round_down, round_up};
 use crate::intersect::has_no_area;
 use crate::simd::FloatEnvironment;
-
-/// Rows that one piece of work reads.
-pub const CHUNK: usize = 1 << 15;
 
 /// The bounds of all triangles that a ray can hit, in the mesh's own precision, and the rows of the others, ascending.
 #[derive(Debug)]

@@ -5,26 +5,41 @@
 
 use rayon::prelude::*;
 
-use super::leaves::write_leaves;
-use super::treelet::{Branch, Treelet};
+use super::leaves::{Places, write_leaves};
+use super::treelet::Treelet;
 use crate::control::{Cancelled, Control};
-use crate::geometry::Triangles;
-use crate::simd::FloatEnvironment;
+use crate::geometry::{Bounds, Triangles};
+use crate::simd::{FloatEnvironment, Kernel, Lanes, dispatch};
+use crate::tree::MAX_DEPTH;
 
 /// Ranges of at most this many items are one piece of work.
 pub const PIECE: usize = 4096;
 
+/// Pieces that there are at most: every other range has more items, and those at one depth are apart.
+pub fn most_pieces(items: usize) -> usize {
+    items.min(1 + MAX_DEPTH as usize * (items / PIECE))
+}
+
 /// A heuristic: how a range of items is divided.
 pub trait Split: Sync {
     /// What is sorted, one for each triangle.
-    type Item: Copy + Send;
+    type Item: Copy + Send + Sync;
     /// What is known of a range.
     type State: Copy + Send;
 
-    fn row(&self, item: Self::Item) -> u32;
+    fn row(&self, item: &Self::Item) -> u32;
+
+    /// The items that stand in the rows of the leaves until these are written; none where they have their own place.
+    fn in_rows(_rows: &mut [f32]) -> &mut [Self::Item] {
+        &mut []
+    }
+
+    /// Make a short range ready for being split all the way down. `scratch` is room that may be used.
+    #[inline(always)]
+    fn prepare(&self, _items: &mut [Self::Item], _state: &mut Self::State, _scratch: &mut Vec<Self::Item>) {}
 
     /// Divide two items or more, in place, so that neither part is empty. What is left in `state` holds for both parts.
-    fn split(&self, items: &mut [Self::Item], state: &mut Self::State, depth: u32) -> Cut;
+    fn split<L: Lanes>(&self, items: &mut [Self::Item], state: &mut Self::State, depth: u32) -> Cut;
 }
 
 /// How a range was divided: the first `count` items lie below the others along the axis. No axis: on the longest one of
@@ -33,28 +48,37 @@ pub trait Split: Sync {
 pub struct Cut {
     pub count: usize,
     pub axis: Option<usize>,
+    /// Halvings skipped before it, because all items were on one side.
+    pub skipped: u32,
+}
+
+impl Cut {
+    pub fn along(axis: usize, count: usize) -> Self {
+        Self { count, axis: Some(axis), skipped: 0 }
+    }
+
+    pub fn by_row(count: usize) -> Self {
+        Self { count, axis: None, skipped: 0 }
+    }
 }
 
 /// What pieces are turned into.
 pub trait Emission: Sync {
-    type Piece: Send;
-    type Output;
+    type Piece: Send + Weight;
+    type Output: Default + Weight;
     /// Make something of a finished treelet.
     fn piece(&self, treelet: &Treelet) -> Self::Piece;
     /// Put all together; the leaves of `top` are the numbers of pieces.
     fn join(&self, top: &Treelet, pieces: Vec<Self::Piece>) -> Self::Output;
 }
 
-/// Where leaves are written to.
-pub struct Places<'a> {
-    /// Rows of triangles in leaf order.
-    pub order: &'a mut [u32],
-    /// Nine numbers a triangle, or none.
-    pub rows: &'a mut [f32],
+/// What counts as memory.
+pub trait Weight {
+    fn bytes(&self) -> usize;
 }
 
 /// Everything that is the same for all ranges.
-pub struct Frame<'a, S: Split, E> {
+pub struct Frame<'a, S, E> {
     pub split: S,
     pub emission: E,
     pub triangles: &'a Triangles<'a>,
@@ -62,103 +86,195 @@ pub struct Frame<'a, S: Split, E> {
     pub control: &'a Control,
 }
 
+/// What was constructed.
+pub struct Constructed<T> {
+    pub output: T,
+    /// Halvings that had all objects on one side.
+    pub skipped: usize,
+    /// The most memory held at once.
+    pub peak_bytes: usize,
+}
+
 /// A range that is one piece of work.
-struct Range<T> {
-    first: usize,
-    count: usize,
+pub struct Range<T> {
+    pub first: usize,
+    pub count: usize,
     depth: u32,
     state: T,
 }
 
+/// What long ranges were split into.
 enum Top<T> {
     Piece(Range<T>),
-    Inner { axis: Option<usize>, halves: Box<[Top<T>; 2]> },
+    Inner { cut: Cut, halves: Box<[Top<T>; 2]> },
 }
 
 impl<S: Split, E: Emission> Frame<'_, S, E> {
-    pub fn construct(&self, items: &mut [S::Item], state: S::State, places: Places) -> Result<E::Output, Cancelled> {
-        let count = items.len();
-        let top = self.divide(items, Range { first: 0, count, depth: 0, state })?;
+    /// Build over the items, or over those in the rows where there are none; the places are filled.
+    pub fn construct(
+        &self,
+        mut items: Vec<S::Item>,
+        state: S::State,
+        places: Places,
+    ) -> Result<Constructed<E::Output>, Cancelled> {
+        let Places { order, rows } = places;
+        let count = order.len();
+        let all = if items.is_empty() { S::in_rows(&mut rows[..9 * count]) } else { &mut items };
+        let top = self.divide(all, Range { first: 0, count, depth: 0, state })?;
         let mut treelet = Treelet::default();
         let mut ranges = Vec::new();
         flatten(top, &mut treelet, &mut ranges);
-
-        let (mut items, mut order, mut rows) = (items, places.order, places.rows);
-        let mut work = Vec::with_capacity(ranges.len());
-        for range in ranges {
-            let numbers = if rows.is_empty() { 0 } else { 9 * range.count };
-            let mine;
-            let places;
-            (mine, items) = items.split_at_mut(range.count);
-            (places, order, rows) = {
-                let (order, other_order) = order.split_at_mut(range.count);
-                let (rows, other_rows) = rows.split_at_mut(numbers);
-                (Places { order, rows }, other_order, other_rows)
-            };
-            work.push((range, mine, places));
-        }
+        let work = share(ranges, &mut items, Places { order, rows });
         let pieces = work
             .into_par_iter()
-            .map_init(Treelet::default, |treelet, (range, items, places)| {
-                let _standard = FloatEnvironment::standard();
-                self.control.advance(items.len())?;
-                treelet.plan(&self.split, items, range.state, range.depth, self.leaf_size);
-                for (place, item) in places.order.iter_mut().zip(&*items) {
-                    *place = self.split.row(*item);
-                }
-                write_leaves(self.triangles, treelet, places);
-                treelet.unite();
-                treelet.first = range.first;
-                Ok((treelet.branches[0].bounds, self.emission.piece(treelet)))
-            })
+            .map_init(Default::default, |(treelet, scratch), piece| self.piece(piece, treelet, scratch))
             .collect::<Result<Vec<_>, Cancelled>>()?;
+        let items_bytes = size_of_val(&items[..]);
+        drop(items);
 
-        let (bounds, pieces): (Vec<_>, Vec<_>) = pieces.into_iter().unzip();
+        let at_once = rayon::current_num_threads().min(pieces.len());
+        let scratch_bytes = at_once * pieces.iter().map(|piece| piece.scratch_bytes).max().unwrap_or(0);
+        let piece_bytes: usize = pieces.iter().map(|piece| piece.output.bytes()).sum();
         for leaf in treelet.branches.iter_mut().filter(|branch| branch.is_leaf()) {
-            leaf.bounds = bounds[leaf.first as usize];
+            leaf.bounds = pieces[leaf.first as usize].bounds;
         }
         treelet.unite();
-        Ok(self.emission.join(&treelet, pieces))
+        let skipped = treelet.skipped + pieces.iter().map(|piece| piece.skipped).sum::<usize>();
+        let output = self.emission.join(&treelet, pieces.into_iter().map(|piece| piece.output).collect());
+        let peak_bytes = piece_bytes + (items_bytes + scratch_bytes).max(output.bytes());
+        Ok(Constructed { output, skipped, peak_bytes })
     }
 
     /// Split down to pieces, both halves at the same time.
-    fn divide(&self, items: &mut [S::Item], mut range: Range<S::State>) -> Result<Top<S::State>, Cancelled> {
+    fn divide(&self, items: &mut [S::Item], range: Range<S::State>) -> Result<Top<S::State>, Cancelled> {
         if items.len() <= PIECE.max(self.leaf_size) {
             return Ok(Top::Piece(range));
         }
         let _standard = FloatEnvironment::standard();
         self.control.check()?;
-        let Cut { count, axis } = self.split.split(items, &mut range.state, range.depth);
-        let Range { first, depth, state, .. } = range;
-        let (lower, upper) = items.split_at_mut(count);
-        let halves = [
-            Range { first, count, depth: depth + 1, state },
-            Range { first: first + count, count: upper.len(), depth: depth + 1, state },
-        ];
-        let [left, right] = halves;
+        let Range { first, count, depth, mut state } = range;
+        let cut = dispatch(SplitOnce { split: &self.split, items: &mut *items, state: &mut state, depth });
+        let (lower, upper) = items.split_at_mut(cut.count);
+        let left = Range { first, count: cut.count, depth: depth + 1, state };
+        let right = Range { first: first + cut.count, count: count - cut.count, depth: depth + 1, state };
         let (left, right) = rayon::join(|| self.divide(lower, left), || self.divide(upper, right));
-        Ok(Top::Inner { axis, halves: Box::new([left?, right?]) })
+        Ok(Top::Inner { cut, halves: Box::new([left?, right?]) })
+    }
+
+    fn piece(
+        &self,
+        work: Work<S>,
+        treelet: &mut Treelet,
+        scratch: &mut Vec<S::Item>,
+    ) -> Result<Piece<E::Piece>, Cancelled> {
+        let _standard = FloatEnvironment::standard();
+        let Work { range, items, places } = work;
+        self.control.advance(range.count)?;
+        let items = if items.is_empty() { S::in_rows(places.rows) } else { items };
+        dispatch(Plan { split: &self.split, items, range: &range, leaf_size: self.leaf_size, treelet, scratch });
+        for (place, item) in places.order.iter_mut().zip(items) {
+            *place = self.split.row(item);
+        }
+        write_leaves(self.triangles, treelet, places);
+        treelet.unite();
+        Ok(Piece {
+            bounds: treelet.branches[0].bounds,
+            skipped: treelet.skipped,
+            scratch_bytes: treelet.bytes() + size_of_val(&scratch[..]),
+            output: self.emission.piece(treelet),
+        })
     }
 }
 
 /// The top as a treelet whose leaves are the numbers of the pieces, and the pieces in order.
 fn flatten<T>(top: Top<T>, treelet: &mut Treelet, ranges: &mut Vec<Range<T>>) {
-    treelet.branches.push(Branch::leaf(0, 1));
+    treelet.start(1);
     let mut waiting = vec![(0, top)];
     while let Some((index, top)) = waiting.pop() {
         match top {
             Top::Piece(range) => {
-                treelet.branches[index] = Branch::leaf(ranges.len(), 1);
+                treelet.branches[index].first = ranges.len() as u32;
                 ranges.push(range);
             }
-            Top::Inner { axis, halves } => {
-                let left = treelet.branches.len();
-                treelet.branches[index].open(left, axis);
-                treelet.branches.extend([Branch::leaf(0, 0); 2]);
+            Top::Inner { cut, halves } => {
+                let left = treelet.open(index, Cut { count: 1, ..cut });
                 let [lower, upper] = *halves;
                 waiting.push((left + 1, upper));
                 waiting.push((left, lower));
             }
         }
+    }
+}
+
+/// A range, and what belongs to it.
+struct Work<'a, S: Split> {
+    range: Range<S::State>,
+    /// None where they stand in the rows.
+    items: &'a mut [S::Item],
+    places: Places<'a>,
+}
+
+fn share<'a, S: Split>(
+    ranges: Vec<Range<S::State>>,
+    mut items: &'a mut [S::Item],
+    places: Places<'a>,
+) -> Vec<Work<'a, S>> {
+    let Places { mut order, mut rows } = places;
+    let mut work = Vec::with_capacity(ranges.len());
+    for range in ranges {
+        let (mine, places);
+        (mine, items) = items.split_at_mut(range.count.min(items.len()));
+        (places, order, rows) = {
+            let (order, other_order) = order.split_at_mut(range.count);
+            let (rows, other_rows) = rows.split_at_mut((9 * range.count).min(rows.len()));
+            (Places { order, rows }, other_order, other_rows)
+        };
+        work.push(Work { range, items: mine, places });
+    }
+    work
+}
+
+/// A finished piece.
+struct Piece<T> {
+    bounds: Bounds,
+    skipped: usize,
+    scratch_bytes: usize,
+    output: T,
+}
+
+struct SplitOnce<'a, S: Split> {
+    split: &'a S,
+    items: &'a mut [S::Item],
+    state: &'a mut S::State,
+    depth: u32,
+}
+
+impl<S: Split> Kernel for SplitOnce<'_, S> {
+    type Output = Cut;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Cut {
+        self.split.split::<L>(self.items, self.state, self.depth)
+    }
+}
+
+struct Plan<'a, S: Split> {
+    split: &'a S,
+    items: &'a mut [S::Item],
+    range: &'a Range<S::State>,
+    leaf_size: usize,
+    treelet: &'a mut Treelet,
+    scratch: &'a mut Vec<S::Item>,
+}
+
+impl<S: Split> Kernel for Plan<'_, S> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Range { first, depth, mut state, .. } = *self.range;
+        self.split.prepare(self.items, &mut state, self.scratch);
+        self.treelet.plan::<S, L>(self.split, self.items, state, depth, self.leaf_size);
+        self.treelet.first = first;
     }
 }

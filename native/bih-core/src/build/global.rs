@@ -2,8 +2,9 @@
 
 use super::frame::{Cut, Split};
 use super::grid::Axes;
-use super::keys::{mask, recode};
+use super::keys::{recode, row_mask};
 use crate::geometry::Triangles;
+use crate::simd::Lanes;
 use crate::tree::MAX_SPATIAL_DEPTH;
 
 /// Splits ranges of keys.
@@ -15,11 +16,28 @@ pub struct Global<'a> {
 /// What the keys of a range mean.
 #[derive(Debug, Clone, Copy)]
 pub struct Coding {
-    pub axes: Axes,
+    axes: Axes,
     /// The bits by which they are in order.
-    pub sorted: u64,
+    sorted: u64,
+    /// The bits from this one up are the same in all of them.
+    common: u32,
     /// Whether all centres are one point.
-    pub is_point: bool,
+    is_point: bool,
+}
+
+impl Coding {
+    /// Of keys in the order of these bits.
+    pub fn new(axes: Axes, sorted: u64) -> Self {
+        Self { axes, sorted, common: u64::BITS, is_point: false }
+    }
+
+    /// A cut at the highest bit that is not the same in all.
+    #[inline(always)]
+    fn cut(&mut self, bit: u32, count: usize) -> Cut {
+        let skipped = self.common - 1 - bit;
+        self.common = bit;
+        Cut { skipped, ..Cut::along(self.axes.of(bit), count) }
+    }
 }
 
 impl Split for Global<'_> {
@@ -27,35 +45,66 @@ impl Split for Global<'_> {
     type State = Coding;
 
     #[inline(always)]
-    fn row(&self, key: u64) -> u32 {
-        (key & mask(self.row_bits)) as u32
+    fn row(&self, key: &u64) -> u32 {
+        (key & row_mask(self.row_bits)) as u32
+    }
+
+    /// A bucket sort by the next halvings, in the cache.
+    #[inline(always)]
+    fn prepare(&self, keys: &mut [u64], coding: &mut Coding, scratch: &mut Vec<u64>) {
+        /// The digit that they are sorted by, and the counts that are worth it.
+        const BITS: u32 = 10;
+        const WORTHWHILE: usize = 64;
+        let different = differing_bits(keys) >> self.row_bits;
+        if keys.len() < WORTHWHILE || different == 0 {
+            return;
+        }
+        let top = different.ilog2() + self.row_bits + 1;
+        let shift = top.saturating_sub(BITS).max(self.row_bits);
+        let digit = |key: u64| (key >> shift) as usize & ((1 << BITS) - 1);
+        let mut places = [0u32; 1 << BITS];
+        for &key in &*keys {
+            places[digit(key)] += 1;
+        }
+        let mut sum = 0;
+        for place in &mut places {
+            sum += std::mem::replace(place, sum);
+        }
+        scratch.clear();
+        scratch.extend_from_slice(keys);
+        for &key in &*scratch {
+            let place = &mut places[digit(key)];
+            keys[*place as usize] = key;
+            *place += 1;
+        }
+        // The bits above are the same in all.
+        coding.sorted = !0 << shift;
     }
 
     #[inline(always)]
-    fn split(&self, keys: &mut [u64], coding: &mut Coding, depth: u32) -> Cut {
+    fn split<L: Lanes>(&self, keys: &mut [u64], coding: &mut Coding, depth: u32) -> Cut {
+        if depth >= MAX_SPATIAL_DEPTH || coding.is_point {
+            return by_median(keys);
+        }
+        // In order by some bits, the first and the last key differ in the highest of these that any two differ in.
         let ends = (keys[0] ^ keys[keys.len() - 1]) & coding.sorted;
         if ends != 0 {
             let bit = ends.ilog2();
-            let count = keys.partition_point(|key| key >> bit & 1 == 0);
-            return Cut { count, axis: Some(coding.axes.of(bit)) };
-        }
-        if depth >= MAX_SPATIAL_DEPTH || coding.is_point {
-            return by_median(keys);
+            return coding.cut(bit, keys.partition_point(|key| key >> bit & 1 == 0));
         }
         let mut different = differing_bits(keys) >> self.row_bits;
         if different == 0 {
             match recode(self.triangles, keys, self.row_bits) {
-                None => {
-                    coding.is_point = true;
-                    return by_median(keys);
-                }
-                Some(grid) => *coding = Coding { axes: grid.axes, sorted: 0, is_point: false },
+                Some(grid) => *coding = Coding::new(grid.axes, 0),
+                None => coding.is_point = true,
             }
             different = differing_bits(keys) >> self.row_bits;
+            if different == 0 {
+                return by_median(keys);
+            }
         }
-        // Halvings that have all triangles on one side are skipped.
         let bit = different.ilog2() + self.row_bits;
-        Cut { count: partition(keys, bit), axis: Some(coding.axes.of(bit)) }
+        coding.cut(bit, partition(keys, bit))
     }
 }
 
@@ -76,10 +125,10 @@ fn partition(keys: &mut [u64], bit: u32) -> usize {
     count
 }
 
-/// For triangles that no plane separates: the lower half of the rows.
+/// For triangles that no plane separates: the lower half of the rows, where the codes are the same.
 #[cold]
 fn by_median(keys: &mut [u64]) -> Cut {
     let count = keys.len() / 2;
     keys.select_nth_unstable(count);
-    Cut { count, axis: None }
+    Cut::by_row(count)
 }

@@ -4,11 +4,13 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::extent::{CHUNK, Extent};
+use super::accepted::{Accepted, CHUNK};
+use super::extent::Extent;
 use super::grid::Grid;
 use super::source::{Coordinate, Reading, Source, box_of, doubled_centre, least, most, read};
 use crate::control::{Cancelled, Control};
 use crate::geometry::Triangles;
+use crate::pages;
 use crate::simd::FloatEnvironment;
 
 /// How many low bits of a key hold the row.
@@ -16,66 +18,42 @@ pub fn row_bits(triangles: usize) -> u32 {
     usize::BITS - triangles.saturating_sub(1).leading_zeros()
 }
 
+/// The bits of a key that are its row.
+#[inline(always)]
+pub fn row_mask(row_bits: u32) -> u64 {
+    (1 << row_bits) - 1
+}
+
 /// Makes keys on a grid over the whole scene.
 pub struct Keys<'a> {
-    pub triangles: &'a Triangles<'a>,
+    pub accepted: Accepted<'a>,
     pub grid: Grid,
-    /// Ascending rows without a key.
-    pub rejected: &'a [u32],
 }
 
 impl<'a> Keys<'a> {
-    pub fn new(triangles: &'a Triangles<'a>, extent: &'a Extent) -> Self {
-        let grid = read(triangles, SceneGrid { extent, row_bits: row_bits(triangles.len()) });
-        Self { triangles, grid, rejected: &extent.rejected }
+    pub fn new(accepted: Accepted<'a>, extent: &Extent) -> Self {
+        let row_bits = row_bits(accepted.triangles.len());
+        Self { accepted, grid: read(accepted.triangles, SceneGrid { extent, row_bits }) }
     }
 
-    /// How many keys there are.
-    pub fn len(&self) -> usize {
-        self.triangles.len() - self.rejected.len()
-    }
-
-    /// The keys of these rows, at the front of `keys`; answers how many.
-    pub fn fill(&self, rows: Range<usize>, keys: &mut [u64]) -> usize {
-        let [start, end] = [rows.start, rows.end].map(|row| self.rejected.partition_point(|&r| (r as usize) < row));
-        let mut rejected = &self.rejected[start..end];
-        let mut next = rows.start;
-        let mut filled = 0;
-        // Runs of rows between the rejected ones.
-        loop {
-            let stop = rejected.first().map_or(rows.end, |&row| row as usize);
-            let run = stop - next;
-            read(self.triangles, Fill { grid: &self.grid, first: next, keys: &mut keys[filled..filled + run] });
-            filled += run;
-            match rejected.split_first() {
-                Some((_, rest)) => rejected = rest,
-                None => return filled,
-            }
-            next = stop + 1;
+    /// The keys of the accepted ones among these rows.
+    pub fn fill(&self, rows: Range<usize>, mut keys: &mut [u64]) {
+        for run in self.accepted.runs(rows) {
+            let (mine, rest) = keys.split_at_mut(run.len());
+            read(self.accepted.triangles, Fill { grid: &self.grid, first: run.start, keys: mine });
+            keys = rest;
         }
     }
 
     /// All keys in the order of their rows.
     pub fn in_order(&self, control: &Control) -> Result<Vec<u64>, Cancelled> {
-        let mut keys = vec![0; self.triangles.len()];
-        let counts: Vec<_> = keys
-            .par_chunks_mut(CHUNK)
-            .enumerate()
-            .map(|(chunk, keys)| {
-                let _standard = FloatEnvironment::standard();
-                control.check()?;
-                let first = chunk * CHUNK;
-                Ok(self.fill(first..first + keys.len(), keys))
-            })
-            .collect::<Result<_, Cancelled>>()?;
-        if !self.rejected.is_empty() {
-            let mut end = 0;
-            for (chunk, count) in counts.into_iter().enumerate() {
-                keys.copy_within(chunk * CHUNK..chunk * CHUNK + count, end);
-                end += count;
-            }
-            keys.truncate(end);
-        }
+        let mut keys = pages::zeroed(self.accepted.len());
+        self.accepted.chunks(CHUNK, &mut keys).into_par_iter().try_for_each(|(rows, keys)| {
+            let _standard = FloatEnvironment::standard();
+            control.check()?;
+            self.fill(rows, keys);
+            Ok(())
+        })?;
         Ok(keys)
     }
 }
@@ -148,7 +126,8 @@ impl Reading for Centres<'_> {
     fn run<S: Source>(self, source: S) -> [[f64; 3]; 2] {
         let mut bounds = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
         for key in self.keys {
-            let centre = doubled_centre(&box_of(&source.corners((key & mask(self.row_bits)) as usize)));
+            let row = key & row_mask(self.row_bits);
+            let centre = doubled_centre(&box_of(&source.corners(row as usize)));
             for axis in 0..3 {
                 bounds[0][axis] = least(centre[axis], bounds[0][axis]);
                 bounds[1][axis] = most(centre[axis], bounds[1][axis]);
@@ -170,14 +149,8 @@ impl Reading for Recode<'_> {
     #[inline(always)]
     fn run<S: Source>(self, source: S) {
         for key in self.keys {
-            let row = *key & mask(self.row_bits);
+            let row = *key & row_mask(self.row_bits);
             *key = self.grid.code(doubled_centre(&box_of(&source.corners(row as usize)))) | row;
         }
     }
-}
-
-/// The bits of a key that are its row.
-#[inline(always)]
-pub fn mask(row_bits: u32) -> u64 {
-    (1 << row_bits) - 1
 }

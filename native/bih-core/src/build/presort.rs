@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::keys::Keys;
 use crate::control::{Cancelled, Control};
+use crate::pages;
 use crate::simd::FloatEnvironment;
 
 /// Halvings that the buckets stand for.
@@ -22,28 +23,30 @@ pub const WORTHWHILE: usize = 8192;
 /// Rows that are sorted by themselves.
 const CHUNK: usize = 1 << 16;
 
-/// Where each bucket of a chunk starts, and its end.
-type Starts = Vec<u32>;
+/// The keys of a chunk, in the order of their buckets, and where each bucket starts and ends.
+struct Chunk<'a> {
+    keys: &'a [u64],
+    starts: Vec<u32>,
+}
 
-/// All keys, in the order of their buckets. `scratch` has room for one number a row.
+/// All keys, in the order of their buckets. `scratch` has room for as many.
 pub fn bucket_sort(keys: &Keys, scratch: &mut [u64], control: &Control) -> Result<Vec<u64>, Cancelled> {
-    let rows = keys.triangles.len();
-    let starts: Vec<Starts> = scratch[..rows]
-        .par_chunks_mut(CHUNK)
-        .enumerate()
-        .map_init(Vec::new, |unsorted, (chunk, sorted)| {
+    let chunks: Vec<Chunk> = keys
+        .accepted
+        .chunks(CHUNK, scratch)
+        .into_par_iter()
+        .map_init(Vec::new, |unsorted, (rows, sorted)| {
             let _standard = FloatEnvironment::standard();
             control.check()?;
-            let first = chunk * CHUNK;
             unsorted.resize(sorted.len(), 0);
-            let count = keys.fill(first..first + sorted.len(), unsorted);
-            Ok(scatter(&unsorted[..count], sorted))
+            keys.fill(rows, unsorted);
+            let starts = scatter(unsorted, sorted);
+            Ok(Chunk { keys: sorted, starts })
         })
         .collect::<Result<_, Cancelled>>()?;
 
-    let mut sorted = vec![0; keys.len()];
-    let scratch = &scratch[..rows];
-    groups(&starts, &mut sorted).into_par_iter().for_each(|group| gather(&starts, scratch, group));
+    let mut sorted = pages::zeroed(keys.accepted.len());
+    groups(&chunks, &mut sorted).into_par_iter().for_each(|group| gather(&chunks, group));
     Ok(sorted)
 }
 
@@ -52,7 +55,7 @@ fn bucket(key: u64) -> usize {
     (key >> (u64::BITS - BITS)) as usize
 }
 
-fn scatter(unsorted: &[u64], sorted: &mut [u64]) -> Starts {
+fn scatter(unsorted: &[u64], sorted: &mut [u64]) -> Vec<u32> {
     let mut starts = vec![0u32; BUCKETS + 1];
     for &key in unsorted {
         starts[bucket(key)] += 1;
@@ -77,12 +80,12 @@ struct Group<'a> {
     keys: &'a mut [u64],
 }
 
-fn groups<'a>(starts: &[Starts], mut keys: &'a mut [u64]) -> Vec<Group<'a>> {
+fn groups<'a>(chunks: &[Chunk], mut keys: &'a mut [u64]) -> Vec<Group<'a>> {
     const LEAST: usize = 1 << 15;
     let mut groups = Vec::new();
     let (mut first, mut size) = (0, 0);
     for end in 1..=BUCKETS {
-        size += starts.iter().map(|starts| (starts[end] - starts[end - 1]) as usize).sum::<usize>();
+        size += chunks.iter().map(|chunk| (chunk.starts[end] - chunk.starts[end - 1]) as usize).sum::<usize>();
         if size >= LEAST || end == BUCKETS {
             let (mine, rest) = keys.split_at_mut(size);
             groups.push(Group { first, end, keys: mine });
@@ -93,13 +96,13 @@ fn groups<'a>(starts: &[Starts], mut keys: &'a mut [u64]) -> Vec<Group<'a>> {
     groups
 }
 
-fn gather(starts: &[Starts], scratch: &[u64], group: Group) {
+fn gather(chunks: &[Chunk], group: Group) {
     let mut place = 0;
     for bucket in group.first..group.end {
-        for (chunk, starts) in scratch.chunks(CHUNK).zip(starts) {
-            let piece = &chunk[starts[bucket] as usize..starts[bucket + 1] as usize];
-            group.keys[place..place + piece.len()].copy_from_slice(piece);
-            place += piece.len();
+        for Chunk { keys, starts } in chunks {
+            let part = &keys[starts[bucket] as usize..starts[bucket + 1] as usize];
+            group.keys[place..place + part.len()].copy_from_slice(part);
+            place += part.len();
         }
     }
 }

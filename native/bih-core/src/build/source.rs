@@ -1,7 +1,7 @@
 //! Reading a mesh in the one form that it has: loops over many triangles are compiled for each form and instruction set.
 
 use crate::geometry::{Triangles, Vertices, round_down, round_up};
-use crate::simd::{Kernel, Lanes, dispatch};
+use crate::simd::{Kernel, Lanes, dispatch, prefetch};
 
 /// A coordinate as the mesh holds it.
 pub trait Coordinate: Copy + PartialOrd + Into<f64> + Send + Sync {
@@ -61,6 +61,10 @@ pub trait Source: Copy + Sync {
     type Scalar: Coordinate;
     /// NaN where a row names no vertex.
     fn corners(self, row: usize) -> [[Self::Scalar; 3]; 3];
+    /// Bring near what `prefetch_corners` reads.
+    fn prefetch_row(self, row: usize);
+    /// Bring near what `corners` reads.
+    fn prefetch_corners(self, row: usize);
 }
 
 #[derive(Clone, Copy)]
@@ -81,6 +85,16 @@ impl<T: Coordinate> Source for Indexed<'_, T> {
         let [a, b, c] = self.rows.get(row).copied().unwrap_or([u32::MAX; 3]);
         [vertex(self.vertices, a as usize), vertex(self.vertices, b as usize), vertex(self.vertices, c as usize)]
     }
+    #[inline(always)]
+    fn prefetch_row(self, row: usize) {
+        prefetch::<1, _>(self.rows, row);
+    }
+    #[inline(always)]
+    fn prefetch_corners(self, row: usize) {
+        for index in self.rows.get(row).copied().unwrap_or_default() {
+            prefetch::<1, _>(self.vertices, index as usize);
+        }
+    }
 }
 
 impl<T: Coordinate> Source for Soup<'_, T> {
@@ -88,6 +102,14 @@ impl<T: Coordinate> Source for Soup<'_, T> {
     #[inline(always)]
     fn corners(self, row: usize) -> [[T; 3]; 3] {
         [vertex(self.vertices, 3 * row), vertex(self.vertices, 3 * row + 1), vertex(self.vertices, 3 * row + 2)]
+    }
+    #[inline(always)]
+    fn prefetch_row(self, _: usize) {}
+    #[inline(always)]
+    fn prefetch_corners(self, row: usize) {
+        for index in [3 * row, 3 * row + 2] {
+            prefetch::<1, _>(self.vertices, index);
+        }
     }
 }
 

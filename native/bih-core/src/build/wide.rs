@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::collapse::Collapse;
-use super::frame::Emission;
+use super::frame::{Emission, Weight};
 use super::treelet::{Branch, Treelet};
 use crate::tree::{Child, Record};
 
@@ -20,12 +20,23 @@ pub struct Piece {
 }
 
 /// All records.
+#[derive(Default)]
 pub struct Records {
     pub records: Vec<Record>,
     pub depth: usize,
     pub leaves: usize,
-    /// What was held at once.
-    pub peak_bytes: usize,
+}
+
+impl Weight for Piece {
+    fn bytes(&self) -> usize {
+        self.records.capacity() * Record::BYTES
+    }
+}
+
+impl Weight for Records {
+    fn bytes(&self) -> usize {
+        self.records.capacity() * Record::BYTES
+    }
 }
 
 impl Emission for WideRecords {
@@ -51,7 +62,7 @@ impl Emission for WideRecords {
         let leaves = pieces.iter().map(|piece| piece.leaves).sum();
         if let [Piece { records, leaf: None, depth, .. }] = &mut pieces[..] {
             let records = std::mem::take(records);
-            return Records { peak_bytes: records.capacity() * Record::BYTES, records, depth: *depth, leaves };
+            return Records { records, depth: *depth, leaves };
         }
         // The records of the top come first, then those of each piece. How many the first are is known when they are there.
         let mut collapse = Collapse::default();
@@ -77,7 +88,6 @@ impl Emission for WideRecords {
         };
         let mut records = Vec::new();
         (0..end).into_par_iter().with_min_len(1024).map(record).collect_into_vec(&mut records);
-        let parts: usize = pieces.iter().map(|piece| piece.records.capacity()).sum();
-        Records { peak_bytes: (parts + records.capacity()) * Record::BYTES, records, depth, leaves }
+        Records { records, depth, leaves }
     }
 }

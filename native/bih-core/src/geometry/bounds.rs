@@ -27,6 +27,14 @@ impl Bounds {
         }
     }
 
+    /// What lies in both.
+    pub fn intersection(&self, other: &Self) -> Self {
+        Self {
+            lower: std::array::from_fn(|axis| self.lower[axis].max(other.lower[axis])),
+            upper: std::array::from_fn(|axis| self.upper[axis].min(other.upper[axis])),
+        }
+    }
+
     /// The smallest bounds that hold both.
     #[inline]
     pub fn union(&self, other: &Self) -> Self {

@@ -1,9 +1,12 @@
 //! Rays.
 
+use bytemuck::{Pod, Zeroable};
+
 use super::Vector;
 
-/// A ray and the interval of it that counts: a hit has `t_min <= t <= t_max`.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// A ray and the interval of it that counts: a hit has `t_min <= t <= t_max`. One cache line.
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[repr(C)]
 pub struct Ray {
     /// Where it starts.
     pub origin: Vector,

@@ -101,6 +101,18 @@ impl<'a> Triangles<'a> {
         self.rows
     }
 
+    /// The corners of triangle `row`, rounded to single precision.
+    #[inline(always)]
+    pub fn single_corners(&self, row: u32) -> [[f32; 3]; 3] {
+        match (self.vertices, self.rows) {
+            (Vertices::F32(vertices), Some(rows)) => {
+                let corner = |vertex: u32| vertices.get(vertex as usize).copied().unwrap_or([f32::NAN; 3]);
+                rows.get(row as usize).map_or([[f32::NAN; 3]; 3], |corners| corners.map(corner))
+            }
+            _ => self.corners(row).map(|corner| corner.map(|x| x as f32)),
+        }
+    }
+
     /// The corners of triangle `row`.
     #[inline(always)]
     pub fn corners(&self, row: u32) -> Corners {

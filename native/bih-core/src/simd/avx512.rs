@@ -7,7 +7,7 @@ use std::arch::x86_64::*;
 
 use super::Kernel;
 use super::lanes::Lanes;
-use super::register_256::{Mask256, lane_numbers, numbers_in_256_bits, run_with};
+use super::register_256::{Mask256, four_transposed, lane_numbers, numbers_in_256_bits, run_with};
 
 /// Lanes of AVX-512. They come into being only inside `run`, into which the methods are inlined.
 #[derive(Debug, Clone, Copy)]

@@ -1,21 +1,24 @@
 //! The standard floating-point environment, whatever the calling thread has set.
 //!
 //! A host may run its threads with flush-to-zero or another rounding mode, and threads inherit it. The bounds of the
-//! filters hold for rounding to nearest with subnormals only.
+//! filters hold for rounding to nearest with subnormals only. (Miri runs no assembly, and has no other environment.)
 
-#![expect(unsafe_code, reason = "the control register of the vector unit can only be reached by assembly")]
+#![cfg_attr(
+    not(miri),
+    expect(unsafe_code, reason = "the control register of the vector unit can only be reached by assembly")
+)]
 
 /// While it lives, this thread rounds to nearest and keeps subnormals; dropped, it restores what was there.
 #[derive(Debug)]
 pub struct FloatEnvironment {
-    #[cfg(target_arch = "x86_64")]
+    #[cfg(all(target_arch = "x86_64", not(miri)))]
     saved: u32,
-    #[cfg(target_arch = "aarch64")]
+    #[cfg(all(target_arch = "aarch64", not(miri)))]
     saved: u64,
 }
 
-#[cfg(target_arch = "x86_64")]
-mod register {
+#[cfg(all(target_arch = "x86_64", not(miri)))]
+pub(super) mod register {
     /// Round to nearest, no flush-to-zero, all exceptions masked: the state in which a process starts.
     pub const STANDARD: u32 = 0x1f80;
     /// The bits that change results: rounding mode, flush-to-zero, denormals-are-zero.
@@ -36,7 +39,7 @@ mod register {
     }
 }
 
-#[cfg(target_arch = "aarch64")]
+#[cfg(all(target_arch = "aarch64", not(miri)))]
 mod register {
     /// Round to nearest, no flush-to-zero: the state in which a process starts.
     pub const STANDARD: u64 = 0;
@@ -60,7 +63,7 @@ impl FloatEnvironment {
     /// Enter the standard environment.
     #[must_use = "the environment lasts as long as this value"]
     pub fn standard() -> Self {
-        #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
+        #[cfg(all(any(target_arch = "x86_64", target_arch = "aarch64"), not(miri)))]
         {
             let saved = register::read();
             if saved & register::MODES != 0 {
@@ -68,12 +71,12 @@ impl FloatEnvironment {
             }
             Self { saved }
         }
-        #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
+        #[cfg(not(all(any(target_arch = "x86_64", target_arch = "aarch64"), not(miri))))]
         Self {}
     }
 }
 
-#[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
+#[cfg(all(any(target_arch = "x86_64", target_arch = "aarch64"), not(miri)))]
 impl Drop for FloatEnvironment {
     fn drop(&mut self) {
         if self.saved & register::MODES != 0 {
@@ -82,7 +85,7 @@ impl Drop for FloatEnvironment {
     }
 }
 
-#[cfg(all(test, target_arch = "x86_64"))]
+#[cfg(all(test, target_arch = "x86_64", not(miri)))]
 mod tests {
     use super::*;
     use std::hint::black_box;

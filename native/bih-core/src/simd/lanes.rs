@@ -22,6 +22,13 @@ pub trait Lanes: Copy {
     fn splat(x: f32) -> Self;
     /// From memory of any alignment.
     fn load(values: &[f32; 8]) -> Self;
+    /// Whole numbers from 0 to 255.
+    fn from_bytes(bytes: &[u8; 8]) -> Self;
+    /// Each rounded to nearest.
+    #[inline(always)]
+    fn rounded(values: &[f64; 8]) -> Self {
+        Self::load(&values.map(|x| x as f32))
+    }
     /// To memory.
     fn store(self) -> [f32; 8];
     /// self + other
@@ -53,6 +60,27 @@ pub trait Lanes: Copy {
     fn smallest(self) -> f32;
     /// The largest of the eight; none is NaN. As `smallest`, by `maximum`.
     fn largest(self) -> f32;
+    /// Rows become columns: lane j of row i comes to lane i of row j.
+    #[inline(always)]
+    fn transposed(rows: [Self; 8]) -> [Self; 8] {
+        let mut columns = [[0.0; 8]; 8];
+        for (i, row) in rows.into_iter().enumerate() {
+            for (column, x) in columns.iter_mut().zip(row.store()) {
+                column[i] = x;
+            }
+        }
+        let [a, b, c, d, e, f, g, h] = columns;
+        [
+            Self::load(&a),
+            Self::load(&b),
+            Self::load(&c),
+            Self::load(&d),
+            Self::load(&e),
+            Self::load(&f),
+            Self::load(&g),
+            Self::load(&h),
+        ]
+    }
     /// What a stack is given: of the lanes in `order` (eight numbers of four bits, the first in the lowest) those with
     /// `self <= far`, their `self` and their word. The arrays behind the last one hold anything. Answers which of the places
     /// in the order those are, one bit each, the first the lowest.
@@ -132,6 +160,10 @@ impl Lanes for Scalar {
     #[inline(always)]
     fn load(values: &[f32; 8]) -> Self {
         Self(*values)
+    }
+    #[inline(always)]
+    fn from_bytes(bytes: &[u8; 8]) -> Self {
+        Self(bytes.map(f32::from))
     }
     #[inline(always)]
     fn store(self) -> [f32; 8] {
@@ -255,6 +287,12 @@ mod tests {
                 for lanes in [finite, zeros] {
                     bits.extend([lanes.smallest(), lanes.largest()].map(f32::to_bits));
                 }
+                let doubles = turned.map(|x| f64::from(x) * (1.0 + f64::EPSILON) + 1e-9);
+                bits.extend(L::rounded(&doubles).store().map(canonical));
+                let rows = L::transposed([a, b, a.plus(b), a.minus(b), L::splat(0.5), b, a.times(b), a]);
+                for row in rows {
+                    bits.extend(row.store().map(canonical));
+                }
                 for order in [0x7654_3210, 0x0123_4567, 0x2706_1435u32.rotate_left(4 * shift as u32)] {
                     let (mut nears, mut pushed) = ([0.0; 8], [0; 8]);
                     let places = a.push(b, &[10, 11, 12, 13, 14, 15, 16, 17], order, &mut nears, &mut pushed);
@@ -266,6 +304,13 @@ mod tests {
             }
             bits
         }
+    }
+
+    #[test]
+    fn rows_become_columns() {
+        let rows: [[f32; 8]; 8] = std::array::from_fn(|i| std::array::from_fn(|j| (10 * i + j) as f32));
+        let columns = Scalar::transposed(rows.map(Scalar)).map(|column| column.0);
+        assert!((0..64).all(|i| columns[i / 8][i % 8] == rows[i % 8][i / 8]));
     }
 
     #[test]

@@ -13,6 +13,8 @@ mod neon;
 mod prefetch;
 #[cfg(target_arch = "x86_64")]
 mod register_256;
+#[cfg(all(test, target_arch = "x86_64", not(miri)))]
+mod subnormals;
 
 pub use dispatch::{Kernel, dispatch, dispatch_to};
 pub use float_environment::FloatEnvironment;

@@ -55,11 +55,11 @@ impl Lanes for Neon {
     }
     #[inline(always)]
     fn mask(bits: u8) -> NeonMask {
-        let lanes: [u32; 8] = [1, 2, 4, 8, 16, 32, 64, 128];
-        // SAFETY: as in `splat`; four of the eight numbers stand at each pointer.
+        const LANES: [u32; 8] = [1, 2, 4, 8, 16, 32, 64, 128];
+        // SAFETY: every 64-bit ARM processor has NEON; four of the eight numbers stand at each pointer.
         unsafe {
-            let set = vdupq_n_u32(u32::from(bits));
-            NeonMask(vtstq_u32(set, vld1q_u32(lanes.as_ptr())), vtstq_u32(set, vld1q_u32(lanes[4..].as_ptr())))
+            let bits = vdupq_n_u32(u32::from(bits));
+            NeonMask(vtstq_u32(bits, vld1q_u32(LANES.as_ptr())), vtstq_u32(bits, vld1q_u32(LANES[4..].as_ptr())))
         }
     }
     #[inline(always)]
@@ -72,6 +72,15 @@ impl Lanes for Neon {
         let (low, high) = (values.as_ptr(), values[4..].as_ptr());
         // SAFETY: as in `splat`; four of the eight numbers stand at each pointer; any alignment is right.
         unsafe { Self(vld1q_f32(low), vld1q_f32(high)) }
+    }
+    #[inline(always)]
+    fn from_bytes(bytes: &[u8; 8]) -> Self {
+        // SAFETY: as in `splat`; the reference is to the eight bytes that are read.
+        unsafe {
+            let wide = vmovl_u8(vld1_u8(bytes.as_ptr()));
+            let low = vcvtq_f32_u32(vmovl_u16(vget_low_u16(wide)));
+            Self(low, vcvtq_f32_u32(vmovl_u16(vget_high_u16(wide))))
+        }
     }
     #[inline(always)]
     fn store(self) -> [f32; 8] {

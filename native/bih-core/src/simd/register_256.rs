@@ -62,6 +62,21 @@ macro_rules! numbers_in_256_bits {
             Self(unsafe { _mm256_loadu_ps(values.as_ptr()) })
         }
         #[inline(always)]
+        fn from_bytes(bytes: &[u8; 8]) -> Self {
+            let bytes = i64::from_le_bytes(*bytes);
+            // SAFETY: inside `run`.
+            Self(unsafe { _mm256_cvtepi32_ps(_mm256_cvtepu8_epi32(_mm_cvtsi64_si128(bytes))) })
+        }
+        #[inline(always)]
+        fn rounded(values: &[f64; 8]) -> Self {
+            // SAFETY: inside `run`; the reference is to the eight numbers that are read, of any alignment.
+            unsafe {
+                let low = _mm256_cvtpd_ps(_mm256_loadu_pd(values.as_ptr()));
+                let high = _mm256_cvtpd_ps(_mm256_loadu_pd(values[4..].as_ptr()));
+                Self(_mm256_set_m128(high, low))
+            }
+        }
+        #[inline(always)]
         fn store(self) -> [f32; 8] {
             let mut values = [0.0; 8];
             // SAFETY: inside `run`; the array has room for the eight numbers that are written, at any alignment.
@@ -146,7 +161,45 @@ macro_rules! numbers_in_256_bits {
                 _mm_cvtss_f32(_mm_max_ss(two, _mm_movehdup_ps(two)))
             }
         }
+        #[inline(always)]
+        fn transposed(rows: [Self; 8]) -> [Self; 8] {
+            let [Self(a), Self(b), Self(c), Self(d), Self(e), Self(f), Self(g), Self(h)] = rows;
+            // SAFETY: inside `run`.
+            unsafe {
+                let [a, b, c, d] = four_transposed(a, b, c, d);
+                let [e, f, g, h] = four_transposed(e, f, g, h);
+                [
+                    Self(_mm256_permute2f128_ps::<0x20>(a, e)),
+                    Self(_mm256_permute2f128_ps::<0x20>(b, f)),
+                    Self(_mm256_permute2f128_ps::<0x20>(c, g)),
+                    Self(_mm256_permute2f128_ps::<0x20>(d, h)),
+                    Self(_mm256_permute2f128_ps::<0x31>(a, e)),
+                    Self(_mm256_permute2f128_ps::<0x31>(b, f)),
+                    Self(_mm256_permute2f128_ps::<0x31>(c, g)),
+                    Self(_mm256_permute2f128_ps::<0x31>(d, h)),
+                ]
+            }
+        }
     };
+}
+
+/// Columns of four rows: the first four, and beside them the last four.
+///
+/// # Safety
+/// The processor must have AVX.
+#[inline(always)]
+pub(super) unsafe fn four_transposed(a: __m256, b: __m256, c: __m256, d: __m256) -> [__m256; 4] {
+    // SAFETY: the caller vouches for AVX.
+    unsafe {
+        let (ab, cd) = (_mm256_unpacklo_ps(a, b), _mm256_unpacklo_ps(c, d));
+        let (ab_high, cd_high) = (_mm256_unpackhi_ps(a, b), _mm256_unpackhi_ps(c, d));
+        [
+            _mm256_shuffle_ps::<0x44>(ab, cd),
+            _mm256_shuffle_ps::<0xee>(ab, cd),
+            _mm256_shuffle_ps::<0x44>(ab_high, cd_high),
+            _mm256_shuffle_ps::<0xee>(ab_high, cd_high),
+        ]
+    }
 }
 
 /// From one list of features: whether the processor has them, and a function that runs a kernel with them.

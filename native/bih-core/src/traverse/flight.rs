@@ -4,16 +4,16 @@ use std::hint::select_unpredictable;
 
 use super::fast::{FastClosest, FastOccluded};
 use super::postponed::{DONE, Postponed};
-use super::scene::Scene;
+use super::scene::{Leaf, Scene};
 use super::search::Search;
 use super::slab::Slab;
 use super::watertight::{WatertightClosest, WatertightOccluded};
-use super::wide::walk_slowly;
+use super::wide::{sort, walk_slowly};
 use super::{Hit, Stack, Uncounted, closest, occlusion};
 use crate::build::Precision;
 use crate::geometry::{Ray, Triangles};
 use crate::simd::Lanes;
-use crate::tree::{Child, Tree};
+use crate::tree::{Child, Packed, Record, Tree};
 
 /// Rays that one thread has in flight: docs/decisions/rays-in-flight.md.
 const RAYS: usize = 32;
@@ -86,11 +86,10 @@ impl Queues {
 #[inline(always)]
 pub fn closest_in_flight<L: Lanes, R: Rays<Option<Hit>>>(tree: &Tree, triangles: &Triangles, rays: &mut R) {
     if let Some(wide) = &tree.wide {
-        let scene = Scene::new(wide, tree, triangles);
-        return match tree.precision {
-            Precision::Fast => fly::<L, FastClosest, R>(&scene, rays),
-            Precision::Watertight => fly::<L, WatertightClosest, R>(&scene, rays),
-        };
+        return in_records::<L, FastClosest, WatertightClosest, _, R>(&Scene::new(wide, tree, triangles), rays);
+    }
+    if let Some(compact) = &tree.compact {
+        return in_records::<L, FastClosest, WatertightClosest, _, R>(&Scene::new(compact, tree, triangles), rays);
     }
     let mut stack = Stack::default();
     while let Some((number, ray)) = rays.next() {
@@ -102,11 +101,10 @@ pub fn closest_in_flight<L: Lanes, R: Rays<Option<Hit>>>(tree: &Tree, triangles:
 #[inline(always)]
 pub fn occluded_in_flight<L: Lanes, R: Rays<bool>>(tree: &Tree, triangles: &Triangles, rays: &mut R) {
     if let Some(wide) = &tree.wide {
-        let scene = Scene::new(wide, tree, triangles);
-        return match tree.precision {
-            Precision::Fast => fly::<L, FastOccluded, R>(&scene, rays),
-            Precision::Watertight => fly::<L, WatertightOccluded, R>(&scene, rays),
-        };
+        return in_records::<L, FastOccluded, WatertightOccluded, _, R>(&Scene::new(wide, tree, triangles), rays);
+    }
+    if let Some(compact) = &tree.compact {
+        return in_records::<L, FastOccluded, WatertightOccluded, _, R>(&Scene::new(compact, tree, triangles), rays);
     }
     let mut stack = Stack::default();
     while let Some((number, ray)) = rays.next() {
@@ -114,23 +112,36 @@ pub fn occluded_in_flight<L: Lanes, R: Rays<bool>>(tree: &Tree, triangles: &Tria
     }
 }
 
+/// By the search of the tree's precision.
+#[inline(always)]
+fn in_records<L: Lanes, F: Search, W: Search<Answer = F::Answer>, B: Packed, R: Rays<F::Answer>>(
+    scene: &Scene<B>,
+    rays: &mut R,
+) {
+    match scene.tree.precision {
+        Precision::Fast => fly::<L, F, B, R>(scene, rays),
+        Precision::Watertight => fly::<L, W, B, R>(scene, rays),
+    }
+}
+
 /// Trace all rays.
 #[inline(always)]
-fn fly<L: Lanes, S: Search, R: Rays<S::Answer>>(scene: &Scene, rays: &mut R) {
+fn fly<L: Lanes, S: Search, B: Packed, R: Rays<S::Answer>>(scene: &Scene<B>, rays: &mut R) {
     if scene.wide.records.is_empty() {
         while let Some((number, ray)) = rays.next() {
             rays.answer(number, S::new(&ray, scene).answer(scene));
         }
         return;
     }
-    let Some(first) = start::<S, R>(scene, rays) else { return };
+    let Some(first) = start::<S, B, R>(scene, rays) else { return };
     let mut flying = [first; RAYS];
+    let mut space = Record::EMPTY;
     let mut stacks = Postponed::new(RAYS, scene.wide.depth);
     let mut queues = Queues { records: Queue::new(), leaves: Queue::new(), done: Queue::new() };
     flying[0].end = stacks.start(0);
     queues.records.add_if(true, 0);
     for (place, slot) in flying.iter_mut().enumerate().skip(1) {
-        let Some(ray) = start::<S, R>(scene, rays) else { break };
+        let Some(ray) = start::<S, B, R>(scene, rays) else { break };
         *slot = Flying { end: stacks.start(place), ..ray };
         queues.records.add_if(true, place);
     }
@@ -139,21 +150,26 @@ fn fly<L: Lanes, S: Search, R: Rays<S::Answer>>(scene: &Scene, rays: &mut R) {
         for place in 0..std::mem::take(&mut queues.records.len) {
             let number = queues.records.get(place);
             let ray = &mut flying[number % RAYS];
-            let record = scene.record(ray.word);
+            let record = scene.record::<L>(ray.word, &mut space);
             let limit = ray.search.limit();
             // First of all whether there is room: a check in between splits loads from their use.
             let (nears, words) = stacks.room(ray.end);
             let (near, far) = ray.slab.clip::<L>(record, limit);
             let order = record.order(ray.slab.octant());
             let places = near.push(far, record.words(), order, nears, words);
-            (ray.word, ray.end) = stacks.next(ray.end, places, record.last(order, places), limit);
+            (ray.word, ray.end) = if B::IS_ORDERED {
+                stacks.next(ray.end, places, record.last(order, places), limit)
+            } else {
+                sort(nears, words, places);
+                stacks.pop(ray.end + places.count_ones(), limit)
+            };
             scene.prefetch(ray.word);
             queues.add(number, ray.word);
         }
         for place in 0..std::mem::take(&mut queues.leaves.len) {
             let number = queues.leaves.get(place);
             let ray = &mut flying[number % RAYS];
-            let is_known = ray.search.test::<L>(scene, Scene::leaf(ray.word), stacks.near(ray.end));
+            let is_known = ray.search.test::<L, B>(scene, Leaf::new(ray.word), stacks.near(ray.end));
             let end = select_unpredictable(is_known, stacks.start(number), ray.end);
             (ray.word, ray.end) = stacks.pop(end, ray.search.limit());
             scene.prefetch(ray.word);
@@ -163,7 +179,7 @@ fn fly<L: Lanes, S: Search, R: Rays<S::Answer>>(scene: &Scene, rays: &mut R) {
             let number = queues.done.get(place);
             let ray = &mut flying[number % RAYS];
             rays.answer(ray.number, ray.search.answer(scene));
-            if let Some(next) = start::<S, R>(scene, rays) {
+            if let Some(next) = start::<S, B, R>(scene, rays) {
                 *ray = Flying { end: stacks.start(number), ..next };
                 queues.records.add_if(true, number);
             }
@@ -173,14 +189,14 @@ fn fly<L: Lanes, S: Search, R: Rays<S::Answer>>(scene: &Scene, rays: &mut R) {
 
 /// The next ray that single precision has room for; others are traced at once.
 #[inline(always)]
-fn start<S: Search, R: Rays<S::Answer>>(scene: &Scene, rays: &mut R) -> Option<Flying<S>> {
+fn start<S: Search, B: Packed, R: Rays<S::Answer>>(scene: &Scene<B>, rays: &mut R) -> Option<Flying<S>> {
     loop {
         let (number, ray) = rays.next()?;
         let mut search = S::new(&ray, scene);
         if let Some(slab) = search.slab(&ray, scene) {
             return Some(Flying { slab, search, number, word: 0, end: 0 });
         }
-        walk_slowly::<S, Uncounted>(scene, &mut search, &mut Postponed::default(), &mut Uncounted);
+        walk_slowly::<S, Uncounted, B>(scene, &mut search, &mut Postponed::default(), &mut Uncounted);
         rays.answer(number, search.answer(scene));
     }
 }

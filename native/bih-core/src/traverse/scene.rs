@@ -3,18 +3,15 @@
 use super::slab;
 use crate::geometry::{Corners, Triangles};
 use crate::simd::{Lanes, prefetch};
-use crate::tree::{Child, Record, Target, Tree, WIDTH, Wide};
+use crate::tree::{Child, Packed, Record, Target, Tree, WIDTH, Wide};
 
 /// Numbers from the start of a leaf that whole vectors are read from.
 const ROWS: usize = 9 * WIDTH;
 
-/// Numbers of a record.
-const RECORD: usize = Record::BYTES / size_of::<f32>();
-
 /// A wide tree and its triangles.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Scene<'a> {
-    pub wide: &'a Wide,
+pub(super) struct Scene<'a, R> {
+    pub wide: &'a Wide<R>,
     pub tree: &'a Tree,
     pub triangles: &'a Triangles<'a>,
     /// Whether single precision has room for the coordinates.
@@ -29,6 +26,14 @@ pub(super) struct Leaf {
 }
 
 impl Leaf {
+    #[inline(always)]
+    pub(super) fn new(word: u32) -> Self {
+        match Child::from_word(word).target() {
+            Target::Leaf { first, count } => Self { first, count },
+            Target::Record(_) => unreachable!("asked of leaves only"),
+        }
+    }
+
     /// One bit for each triangle.
     #[inline(always)]
     pub(super) fn lanes(&self) -> u8 {
@@ -36,22 +41,14 @@ impl Leaf {
     }
 }
 
-impl<'a> Scene<'a> {
-    pub(super) fn new(wide: &'a Wide, tree: &'a Tree, triangles: &'a Triangles<'a>) -> Self {
+impl<'a, R: Packed> Scene<'a, R> {
+    pub(super) fn new(wide: &'a Wide<R>, tree: &'a Tree, triangles: &'a Triangles<'a>) -> Self {
         Self { wide, tree, triangles, is_small: slab::is_small(&tree.bounds) }
     }
 
     #[inline(always)]
-    pub(super) fn record(&self, word: u32) -> &'a Record {
-        &self.wide.records[word as usize]
-    }
-
-    #[inline(always)]
-    pub(super) fn leaf(word: u32) -> Leaf {
-        match Child::from_word(word).target() {
-            Target::Leaf { first, count } => Leaf { first, count },
-            Target::Record(_) => unreachable!("asked of leaves only"),
-        }
+    pub(super) fn record<'s, L: Lanes>(&'s self, word: u32, space: &'s mut Record) -> &'s Record {
+        self.wide.records[word as usize].unpacked::<L>(space)
     }
 
     /// The caller's row of a reference.
@@ -83,15 +80,14 @@ impl<'a> Scene<'a> {
         vertices(rows, leaf.count)
     }
 
-    /// The rows of a leaf at the end, or of a mesh of double precision, whose corners are rounded.
-    #[cold]
+    /// The rows of a leaf whose vertices the tree does not hold; those of double precision are rounded.
     #[inline(never)]
-    fn gathered(&self, leaf: Leaf) -> [f32; ROWS] {
+    pub(super) fn gathered(&self, leaf: Leaf) -> [f32; ROWS] {
         let mut rows = [0.0; ROWS];
         for lane in 0..leaf.count {
-            let corners = self.triangles.corners(self.row(leaf.first + lane));
+            let corners = self.triangles.single_corners(self.row(leaf.first + lane));
             for (row, &value) in corners.as_flattened().iter().enumerate() {
-                rows[row * leaf.count + lane] = value as f32;
+                rows[row * leaf.count + lane] = value;
             }
         }
         rows
@@ -102,8 +98,11 @@ impl<'a> Scene<'a> {
     pub(super) fn prefetch(&self, word: u32) {
         let records: &[f32] = bytemuck::cast_slice(&self.wide.records);
         let index = Child::index(word);
-        let (numbers, start) =
-            if Child::is_leaf(word) { (&self.wide.rows[..], 9 * index) } else { (records, RECORD * index) };
+        let (numbers, start) = if Child::is_leaf(word) {
+            (&self.wide.rows[..], 9 * index)
+        } else {
+            (records, size_of::<R>() / size_of::<f32>() * index)
+        };
         prefetch::<4, _>(numbers, start);
     }
 }

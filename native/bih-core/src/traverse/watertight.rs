@@ -9,17 +9,18 @@ use super::slab::{Slab, TINY};
 use crate::geometry::{Ray, round_up};
 use crate::intersect::RayTest;
 use crate::simd::Lanes;
+use crate::tree::Packed;
 
 /// What a ray does not meet before `limit`, none where single precision cannot tell.
 #[inline(always)]
-fn filter(ray: &Ray, scene: &Scene) -> Option<Filter> {
-    if scene.wide.rows.is_empty() { None } else { Filter::new(ray, &scene.tree.bounds) }
+fn filter<R: Packed>(ray: &Ray, scene: &Scene<R>) -> Option<Filter> {
+    if scene.triangles.is_double() { None } else { Filter::new(ray, &scene.tree.bounds) }
 }
 
 #[inline(always)]
-fn candidates<L: Lanes>(filter: &Option<Filter>, scene: &Scene, leaf: Leaf, limit: f32) -> u8 {
+fn candidates<L: Lanes, R: Packed>(filter: &Option<Filter>, scene: &Scene<R>, leaf: Leaf, limit: f32) -> u8 {
     match filter {
-        Some(filter) => filter.candidates::<L>(scene, leaf, limit),
+        Some(filter) => filter.candidates::<L, R>(scene, leaf, limit),
         None => leaf.lanes(),
     }
 }
@@ -42,13 +43,13 @@ impl Search for WatertightClosest {
     type Answer = Option<Hit>;
 
     #[inline(always)]
-    fn new(ray: &Ray, scene: &Scene) -> Self {
+    fn new<R: Packed>(ray: &Ray, scene: &Scene<R>) -> Self {
         let nearest = Nearest::new(ray, scene.tree);
         Self { nearest, filter: filter(ray, scene), limit: single(ray.t_max) }
     }
 
     #[inline(always)]
-    fn slab(&self, ray: &Ray, scene: &Scene) -> Option<Slab> {
+    fn slab<R: Packed>(&self, ray: &Ray, scene: &Scene<R>) -> Option<Slab> {
         Slab::new(ray, scene)
     }
 
@@ -62,8 +63,8 @@ impl Search for WatertightClosest {
     }
 
     #[inline(always)]
-    fn test<L: Lanes>(&mut self, scene: &Scene, leaf: Leaf, _: f32) -> bool {
-        for lane in bits(candidates::<L>(&self.filter, scene, leaf, self.limit)) {
+    fn test<L: Lanes, R: Packed>(&mut self, scene: &Scene<R>, leaf: Leaf, _: f32) -> bool {
+        for lane in bits(candidates::<L, R>(&self.filter, scene, leaf, self.limit)) {
             self.nearest.offer(scene.row(leaf.first + lane), scene.corners(leaf, lane));
             self.limit = single(self.nearest.limit());
         }
@@ -71,7 +72,7 @@ impl Search for WatertightClosest {
     }
 
     #[inline(always)]
-    fn answer(&self, _: &Scene) -> Option<Hit> {
+    fn answer<R: Packed>(&self, _: &Scene<R>) -> Option<Hit> {
         self.nearest.hit()
     }
 }
@@ -90,13 +91,13 @@ impl Search for WatertightOccluded {
     type Answer = bool;
 
     #[inline(always)]
-    fn new(ray: &Ray, scene: &Scene) -> Self {
+    fn new<R: Packed>(ray: &Ray, scene: &Scene<R>) -> Self {
         let test = RayTest::new(ray, scene.tree.bounds());
         Self { ray: *ray, test, filter: filter(ray, scene), limit: single(ray.t_max), found: false }
     }
 
     #[inline(always)]
-    fn slab(&self, ray: &Ray, scene: &Scene) -> Option<Slab> {
+    fn slab<R: Packed>(&self, ray: &Ray, scene: &Scene<R>) -> Option<Slab> {
         Slab::new(ray, scene)
     }
 
@@ -110,8 +111,8 @@ impl Search for WatertightOccluded {
     }
 
     #[inline(always)]
-    fn test<L: Lanes>(&mut self, scene: &Scene, leaf: Leaf, _: f32) -> bool {
-        for lane in bits(candidates::<L>(&self.filter, scene, leaf, self.limit)) {
+    fn test<L: Lanes, R: Packed>(&mut self, scene: &Scene<R>, leaf: Leaf, _: f32) -> bool {
+        for lane in bits(candidates::<L, R>(&self.filter, scene, leaf, self.limit)) {
             if distance_within(&self.ray, &self.test, &scene.corners(leaf, lane)).is_some() {
                 self.found = true;
                 return true;
@@ -121,7 +122,7 @@ impl Search for WatertightOccluded {
     }
 
     #[inline(always)]
-    fn answer(&self, _: &Scene) -> bool {
+    fn answer<R: Packed>(&self, _: &Scene<R>) -> bool {
         self.found
     }
 }

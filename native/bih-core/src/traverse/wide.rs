@@ -5,17 +5,17 @@ use std::hint::select_unpredictable;
 use super::Counter;
 use super::interval::Crossing;
 use super::postponed::{DONE, Postponed};
-use super::scene::Scene;
+use super::scene::{Leaf, Scene};
 use super::search::Search;
 use super::slab::Slab;
 use crate::geometry::{Ray, round_down};
 use crate::simd::{Lanes, Scalar};
-use crate::tree::{Child, Record, WIDTH};
+use crate::tree::{Child, Packed, Record, WIDTH};
 
 /// The answer for one valid ray.
 #[inline(always)]
-pub(super) fn search<L: Lanes, S: Search, C: Counter>(
-    scene: &Scene,
+pub(super) fn search<L: Lanes, S: Search, C: Counter, R: Packed>(
+    scene: &Scene<R>,
     ray: &Ray,
     stack: &mut Postponed,
     counter: &mut C,
@@ -23,45 +23,51 @@ pub(super) fn search<L: Lanes, S: Search, C: Counter>(
     let mut search = S::new(ray, scene);
     if !scene.wide.records.is_empty() {
         match search.slab(ray, scene) {
-            Some(slab) => walk::<L, S, C>(scene, &slab, &mut search, stack, counter),
-            None => walk_slowly::<S, C>(scene, &mut search, stack, counter),
+            Some(slab) => walk::<L, S, C, R>(scene, &slab, &mut search, stack, counter),
+            None => walk_slowly::<S, C, R>(scene, &mut search, stack, counter),
         }
     }
     search.answer(scene)
 }
 
 #[inline(always)]
-fn walk<L: Lanes, S: Search, C: Counter>(
-    scene: &Scene,
+fn walk<L: Lanes, S: Search, C: Counter, R: Packed>(
+    scene: &Scene<R>,
     slab: &Slab,
     search: &mut S,
     stack: &mut Postponed,
     counter: &mut C,
 ) {
     stack.reserve(scene.wide.depth);
+    let mut space = Record::EMPTY;
     let mut limit = search.limit();
     let (mut word, mut end) = (0, stack.start(0));
     while word != DONE {
         counter.visit_node();
         if Child::is_leaf(word) {
-            let leaf = Scene::leaf(word);
+            let leaf = Leaf::new(word);
             counter.test_triangles(leaf.count);
-            if search.test::<L>(scene, leaf, stack.near(end)) {
+            if search.test::<L, R>(scene, leaf, stack.near(end)) {
                 return;
             }
             limit = search.limit();
             (word, end) = stack.pop(end, limit);
         } else {
-            let record = scene.record(word);
+            let record = scene.record::<L>(word, &mut space);
             let order = record.order(slab.octant());
             let (nears, words) = stack.room(end);
             let (near, far) = slab.clip::<L>(record, limit);
             let places = near.push(far, record.words(), order, nears, words);
-            let nearest = record.last(order, places);
-            // Memory is asked for the second while the nearest is walked.
-            let others = places & !(1 << (places | 1).ilog2());
-            scene.prefetch(select_unpredictable(others != 0, record.last(order, others), 0));
-            (word, end) = stack.next(end, places, nearest, limit);
+            (word, end) = if R::IS_ORDERED {
+                let nearest = record.last(order, places);
+                // Memory is asked for the second while the nearest is walked.
+                let others = places & !(1 << (places | 1).ilog2());
+                scene.prefetch(select_unpredictable(others != 0, record.last(order, others), 0));
+                stack.next(end, places, nearest, limit)
+            } else {
+                sort(nears, words, places);
+                stack.pop(end + places.count_ones(), limit)
+            };
         }
     }
 }
@@ -70,8 +76,8 @@ fn walk<L: Lanes, S: Search, C: Counter>(
 /// function of its own, so it uses the lanes of no instruction set.
 #[cold]
 #[inline(never)]
-pub(super) fn walk_slowly<S: Search, C: Counter>(
-    scene: &Scene,
+pub(super) fn walk_slowly<S: Search, C: Counter, R: Packed>(
+    scene: &Scene<R>,
     search: &mut S,
     stack: &mut Postponed,
     counter: &mut C,
@@ -79,21 +85,35 @@ pub(super) fn walk_slowly<S: Search, C: Counter>(
     let ray = search.ray();
     let crossing = Crossing::new(&ray);
     stack.reserve(scene.wide.depth);
+    let mut space = Record::EMPTY;
     let (mut word, mut end) = (0, stack.start(0));
     while word != DONE {
         counter.visit_node();
         if Child::is_leaf(word) {
-            let leaf = Scene::leaf(word);
+            let leaf = Leaf::new(word);
             counter.test_triangles(leaf.count);
-            if search.test::<Scalar>(scene, leaf, stack.near(end)) {
+            if search.test::<Scalar, R>(scene, leaf, stack.near(end)) {
                 return;
             }
         } else {
-            let record = scene.record(word);
+            let record = scene.record::<Scalar>(word, &mut space);
             let (nears, words) = stack.room(end);
             end += push_slowly(&crossing, &ray, search.limit(), record, nears, words);
         }
         (word, end) = stack.pop(end, search.limit());
+    }
+}
+
+/// Put what was pushed in the order of where it is entered, the nearest last.
+#[inline(always)]
+pub(super) fn sort(nears: &mut [f32; WIDTH], words: &mut [u32; WIDTH], places: u8) {
+    for end in 1..places.count_ones() as usize {
+        let mut place = end;
+        while place > 0 && nears[place - 1] < nears[place] {
+            nears.swap(place - 1, place);
+            words.swap(place - 1, place);
+            place -= 1;
+        }
     }
 }
 

@@ -1,9 +1,11 @@
 //! Records of eight children with boxes in eight bits a coordinate: for meshes that fill the memory.
 
 use bytemuck::{Pod, Zeroable};
+use rayon::prelude::*;
 
-use super::wide::{Child, Record, WIDTH};
+use super::wide::{Child, Packed, Record, WIDTH, Wide};
 use crate::geometry::Bounds;
+use crate::simd::Lanes;
 
 /// Steps that a coordinate can be away from the corner of its record.
 const STEPS: f32 = 255.0;
@@ -43,7 +45,7 @@ impl CompactRecord {
             lanes: 0,
             lower: [[0; WIDTH]; 3],
             upper: [[0; WIDTH]; 3],
-            children: *record.children(),
+            children: record.children,
         };
         let lanes =
             || (0..WIDTH).map(|lane| (lane, record.bounds(lane))).filter(|(_, bounds)| *bounds != Bounds::EMPTY);
@@ -111,6 +113,34 @@ impl CompactRecord {
             lower: std::array::from_fn(|axis| at(&self.lower, axis)),
             upper: std::array::from_fn(|axis| at(&self.upper, axis)),
         }
+    }
+}
+
+impl Packed for CompactRecord {
+    const IS_ORDERED: bool = false;
+
+    #[inline(always)]
+    fn unpacked<'a, L: Lanes>(&'a self, space: &'a mut Record) -> &'a Record {
+        let nothing = L::mask(!self.lanes);
+        for axis in 0..3 {
+            let (corner, width) = self.grid(axis);
+            let (corner, width) = (L::splat(corner), L::splat(width));
+            // The product is exact: it does not matter that the sum is rounded once.
+            let lower = L::from_bytes(&self.lower[axis]).fused(width, corner);
+            let upper = L::from_bytes(&self.upper[axis]).fused(width, corner);
+            space.lower[axis] = L::splat(f32::INFINITY).select(nothing, lower).store();
+            space.upper[axis] = L::splat(f32::NEG_INFINITY).select(nothing, upper).store();
+        }
+        space.children = self.children;
+        space
+    }
+}
+
+impl Wide<CompactRecord> {
+    /// The same tree with quantised boxes, and without the vertices.
+    pub fn new(wide: &Wide) -> Self {
+        let records = wide.records.par_iter().with_min_len(1024).map(CompactRecord::new).collect();
+        Self { records, rows: Vec::new(), depth: wide.depth }
     }
 }
 

@@ -14,9 +14,9 @@ pub use stats::Stats;
 pub use table::{NodeRow, node_table};
 pub use validate::validate;
 pub use visitor::{Visit, Visitor};
-pub use wide::{Child, Orders, Record, Target, WIDTH, Wide};
+pub use wide::{Child, Orders, Packed, Record, Target, WIDTH, Wide};
 
-use crate::build::Precision;
+use crate::build::{Heuristic, Precision};
 use crate::geometry::Bounds;
 
 /// Depth up to which a cell is halved; below it, ranges are split by object median.
@@ -31,11 +31,14 @@ pub struct Tree {
     pub(crate) nodes: Vec<Node>,
     /// Instead of the nodes.
     pub(crate) wide: Option<Wide>,
+    /// Instead of both.
+    pub(crate) compact: Option<Wide<CompactRecord>>,
     /// Triangle rows in leaf order, then the rejected rows.
     pub(crate) order: Vec<u32>,
     pub(crate) rejected: usize,
     pub(crate) bounds: Bounds,
     pub(crate) precision: Precision,
+    pub(crate) heuristic: Heuristic,
     pub(crate) leaf_size: usize,
     pub(crate) stats: Stats,
 }
@@ -61,6 +64,11 @@ impl Tree {
         self.wide.as_ref()
     }
 
+    /// The records of the compact layout.
+    pub fn compact(&self) -> Option<&Wide<CompactRecord>> {
+        self.compact.as_ref()
+    }
+
     /// Bounds of all triangles that can be hit; empty where there is none.
     pub fn bounds(&self) -> &Bounds {
         &self.bounds
@@ -69,6 +77,11 @@ impl Tree {
     /// How rays are tested against its triangles.
     pub fn precision(&self) -> Precision {
         self.precision
+    }
+
+    /// Where ranges of triangles were split.
+    pub fn heuristic(&self) -> Heuristic {
+        self.heuristic
     }
 
     /// What the tree is and what it cost.

@@ -19,6 +19,8 @@ pub struct Stats {
     pub peak_build_bytes: usize,
     /// Wall-clock time of the build.
     pub build_seconds: f64,
+    /// Whether the bucket sort came first.
+    pub presorted: bool,
     /// Triangles that no ray can hit: non-finite coordinates or zero area.
     pub rejected: usize,
     /// Parts of the construction that this mesh did not need, and why.

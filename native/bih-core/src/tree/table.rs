@@ -43,10 +43,15 @@ pub fn node_table(
     control: &Control,
 ) -> Result<Vec<NodeRow>, Error> {
     let built;
-    let binary = if tree.wide.is_none() {
+    let binary = if tree.wide.is_none() && tree.compact.is_none() {
         tree
     } else {
-        let options = BuildOptions { layout: Layout::Classic, leaf_size: Some(tree.leaf_size), ..Default::default() };
+        let options = BuildOptions {
+            layout: Layout::Classic,
+            heuristic: tree.heuristic,
+            leaf_size: Some(tree.leaf_size),
+            ..Default::default()
+        };
         built = build(triangles, &options, control)?;
         &built
     };

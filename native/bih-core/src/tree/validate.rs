@@ -1,8 +1,9 @@
 //! Every rule that a tree keeps, checked one by one.
 
-use super::{Kind, MAX_DEPTH, Target, Tree, WIDTH, Wide};
+use super::{Kind, MAX_DEPTH, Packed, Record, Target, Tree, WIDTH, Wide};
 use crate::error::Error;
 use crate::geometry::{Bounds, Triangles};
+use crate::simd::Scalar;
 
 /// Check the whole tree against the triangles it was built over; the error names the first broken node.
 ///
@@ -23,7 +24,10 @@ pub fn validate(tree: &Tree, triangles: &Triangles) -> Result<(), Error> {
     }
     let references = tree.references();
     if let Some(wide) = &tree.wide {
-        return validate_wide(wide, references, triangles);
+        return validate_records(wide, references, triangles);
+    }
+    if let Some(compact) = &tree.compact {
+        return validate_records(compact, references, triangles);
     }
     if tree.nodes.is_empty() {
         let lost = references.len();
@@ -74,13 +78,14 @@ pub fn validate(tree: &Tree, triangles: &Triangles) -> Result<(), Error> {
     Ok(())
 }
 
-/// The same of wide records: each leaf's triangles lie within the box of its lane and of every lane above it, and the
-/// rows hold their vertices.
-fn validate_wide(wide: &Wide, references: &[u32], triangles: &Triangles) -> Result<(), Error> {
+/// The same of records: each leaf's triangles lie within the box of its lane and of every lane above it, and the rows
+/// hold their vertices.
+fn validate_records<R: Packed>(wide: &Wide<R>, references: &[u32], triangles: &Triangles) -> Result<(), Error> {
     let broken = |node: usize, problem: String| Err(Error::Broken { node, problem });
     let mut seen = vec![false; references.len()];
     let mut reached = 0;
     let everything = Bounds { lower: [f32::NEG_INFINITY; 3], upper: [f32::INFINITY; 3] };
+    let mut space = Record::EMPTY;
     let mut stack = Vec::new();
     if !references.is_empty() {
         stack.push((0, everything));
@@ -90,11 +95,14 @@ fn validate_wide(wide: &Wide, references: &[u32], triangles: &Triangles) -> Resu
         let Some(record) = wide.records.get(index) else {
             return broken(index, format!("{} records", wide.records.len()));
         };
+        let record = record.unpacked::<Scalar>(&mut space);
         for lane in (0..WIDTH).filter(|&lane| record.bounds(lane) != Bounds::EMPTY) {
             let bounds = record.bounds(lane);
-            if !outer.contains(&bounds) {
+            // Of quantised boxes each is rounded outward by itself.
+            if R::IS_ORDERED && !outer.contains(&bounds) {
                 return broken(index, format!("lane {lane} reaches out of its record"));
             }
+            let bounds = bounds.intersection(&outer);
             match record.child(lane).target() {
                 Target::Record(child) if child <= index => return broken(index, format!("child {child}")),
                 Target::Record(child) => stack.push((child, bounds)),
@@ -108,9 +116,9 @@ fn validate_wide(wide: &Wide, references: &[u32], triangles: &Triangles) -> Resu
                         if !bounds.contains(&Bounds::of_triangle(&corners)) {
                             return broken(index, format!("triangle {reference} reaches out of its box"));
                         }
-                        let row = |row: usize| f64::from(wide.rows[9 * first + row * count + place - first]);
+                        let row = |row: usize| wide.rows[9 * first + row * count + place - first];
                         if !wide.rows.is_empty()
-                            && !corners.as_flattened().iter().enumerate().all(|(i, &x)| row(i) == f64::from(x as f32))
+                            && !corners.as_flattened().iter().enumerate().all(|(i, &x)| row(i) == x as f32)
                         {
                             return broken(index, format!("vertices of triangle {reference} differ"));
                         }

@@ -3,6 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 
 use crate::geometry::{Bounds, Corners};
+use crate::simd::Lanes;
 
 /// Children of a record, and triangles of a leaf at most.
 pub const WIDTH: usize = 8;
@@ -20,7 +21,7 @@ pub struct Record {
     pub lower: [[f32; WIDTH]; 3],
     /// Upper coordinates along x, y and z.
     pub upper: [[f32; WIDTH]; 3],
-    children: [Child; WIDTH],
+    pub(super) children: [Child; WIDTH],
     orders: Orders,
 }
 
@@ -77,7 +78,7 @@ impl Child {
     }
 
     /// A word that is neither a leaf nor a record there can be.
-    pub const NONE: u32 = LEAF - 1 ^ INDEX_MASK;
+    pub const NONE: u32 = (LEAF - 1) ^ INDEX_MASK;
 
     /// Whether the word stands for a leaf.
     #[inline(always)]
@@ -106,6 +107,24 @@ impl Child {
         } else {
             Target::Leaf { first: index, count: (self.0 >> COUNT_SHIFT & 7) as usize + 1 }
         }
+    }
+}
+
+/// A record in the form in which it is kept.
+pub trait Packed: Pod + Send + Sync {
+    /// Whether `Record::order` is known; if not, children are sorted by where a ray enters them.
+    const IS_ORDERED: bool;
+
+    /// The record itself; `space` is where it may be unpacked.
+    fn unpacked<'a, L: Lanes>(&'a self, space: &'a mut Record) -> &'a Record;
+}
+
+impl Packed for Record {
+    const IS_ORDERED: bool = true;
+
+    #[inline(always)]
+    fn unpacked<'a, L: Lanes>(&'a self, _: &'a mut Record) -> &'a Record {
+        self
     }
 }
 
@@ -140,10 +159,6 @@ impl Record {
     #[inline(always)]
     pub fn planes(&self) -> &[[f32; WIDTH]; 8] {
         bytemuck::cast_ref(self)
-    }
-
-    pub(super) fn children(&self) -> &[Child; WIDTH] {
-        &self.children
     }
 
     /// The words of all lanes.
@@ -187,11 +202,12 @@ impl Record {
 
 /// Records, the root first, and the triangles of the leaves in the order of the references.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Wide {
+pub struct Wide<R = Record> {
     /// All records; children stand behind their parents.
-    pub records: Vec<Record>,
+    pub records: Vec<R>,
     /// Nine rows a leaf: x, y, z of the first vertex of each of its triangles, then of the second and third. `WIDTH`
-    /// numbers more follow the last, so that whole vectors can be read. Empty for double precision.
+    /// numbers more follow the last, so that whole vectors can be read. Empty for double precision, and for compact
+    /// records.
     pub rows: Vec<f32>,
     /// Depth of the deepest leaf in records.
     pub depth: usize,
@@ -200,10 +216,12 @@ pub struct Wide {
 impl Wide {
     /// The most triangles that a leaf's 28 bits can refer to.
     pub const LIMIT: usize = 1 << COUNT_SHIFT;
+}
 
+impl<R: Packed> Wide<R> {
     /// Bytes that the records and rows take.
     pub fn bytes(&self) -> usize {
-        self.records.len() * Record::BYTES + self.rows.len() * size_of::<f32>()
+        self.records.len() * size_of::<R>() + self.rows.len() * size_of::<f32>()
     }
 
     /// The corners of the triangle in a lane of a leaf; none for double precision.

@@ -1,6 +1,6 @@
 //! Leaves in single precision alone.
 
-use super::rays::{Column, Columns, Packet};
+use super::rays::{Column, Group, Packet, Rows};
 use super::slabs::Slabs;
 use super::walk::{Leaf, Query};
 use super::{GROUPS, Hits, bits, load_rows};
@@ -10,20 +10,21 @@ use crate::tree::WIDTH;
 
 /// Of no triangle.
 const NO_PLACE: u32 = u32::MAX;
+/// Where t_min stands in a row.
+const T_MIN: usize = 6;
 
 /// The rays as the boxes see them.
 #[inline(always)]
-pub(super) fn slabs<L: Lanes>(columns: &Columns, group: usize) -> Slabs<L> {
-    let origin = columns.origin(group);
+pub(super) fn slabs<L: Lanes>(rays: &Group<L>) -> Slabs<L> {
+    let origin = rays.origin;
     let mut slabs = Slabs {
         near_origin: origin,
         near_reciprocal: origin,
         far_origin: origin,
         far_reciprocal: origin,
-        t_min: L::load(&columns.t_min[group]),
+        t_min: rays.t_min,
     };
-    for axis in 0..3 {
-        let direction = L::load(&columns.direction[axis][group]);
+    for (axis, &direction) in rays.direction.iter().enumerate() {
         let reciprocal = L::splat(1.0).over(direction);
         slabs.near_reciprocal[axis] = reciprocal.times(L::splat(1.0 - 2.0 * f32::EPSILON));
         slabs.far_reciprocal[axis] = reciprocal.times(L::splat(1.0 + 3.0 * f32::EPSILON));
@@ -31,7 +32,7 @@ pub(super) fn slabs<L: Lanes>(columns: &Columns, group: usize) -> Slabs<L> {
         let is_regular =
             L::splat(2.0 * f32::MIN_POSITIVE).at_most(magnitude).and(magnitude.below(L::splat(f32::MAX / 2.0)));
         if is_regular.bits() != u8::MAX {
-            let [near, far] = irregular(&columns.direction[axis][group]);
+            let [near, far] = irregular(direction.store());
             slabs.near_reciprocal[axis] = slabs.near_reciprocal[axis].select(is_regular, L::load(&near));
             slabs.far_reciprocal[axis] = slabs.far_reciprocal[axis].select(is_regular, L::load(&far));
         }
@@ -41,7 +42,7 @@ pub(super) fn slabs<L: Lanes>(columns: &Columns, group: usize) -> Slabs<L> {
 
 /// Reciprocals of directions that are zero, or nearly.
 #[cold]
-fn irregular(directions: &[f32; WIDTH]) -> [[f32; WIDTH]; 2] {
+fn irregular(directions: [f32; WIDTH]) -> [[f32; WIDTH]; 2] {
     let near = directions.map(|d| if d == 0.0 { f32::INFINITY } else { f32::MAX }.copysign(d));
     [near, directions.map(|d| f32::INFINITY.copysign(d))]
 }
@@ -141,10 +142,12 @@ impl<L: Lanes> Meeting<L> {
 }
 
 /// The nearest hits.
-pub(super) struct Closest<'a> {
-    columns: &'a Columns,
+pub(super) struct Closest<'a, L> {
+    rows: &'a Rows,
+    groups: &'a [Group<L>; GROUPS],
     /// Rows of triangles in leaf order.
     order: &'a [u32],
+    t: Column,
     u: Column,
     v: Column,
     size: Column,
@@ -152,12 +155,12 @@ pub(super) struct Closest<'a> {
     place: Column,
 }
 
-impl<'a> Closest<'a> {
+impl<'a, L: Lanes> Closest<'a, L> {
     #[inline(always)]
-    pub fn new(columns: &'a Columns, order: &'a [u32]) -> Self {
+    pub fn new(rows: &'a Rows, groups: &'a [Group<L>; GROUPS], order: &'a [u32]) -> Self {
         let none = [[f32::from_bits(NO_PLACE); WIDTH]; GROUPS];
         let one = [[1.0; WIDTH]; GROUPS];
-        Self { columns, order, u: one, v: one, size: one, place: none }
+        Self { rows, groups, order, t: one, u: one, v: one, size: one, place: none }
     }
 
     /// The row of a triangle; that of none is above all.
@@ -179,7 +182,7 @@ impl<'a> Closest<'a> {
     }
 
     #[inline(always)]
-    fn test_triangle<L: Lanes>(
+    fn test_triangle(
         &mut self,
         limits: &mut Column,
         triangles: &LeafTriangles,
@@ -189,10 +192,10 @@ impl<'a> Closest<'a> {
         rays: L::Mask,
         near: L,
     ) -> bool {
-        let (origin, direction) = (self.columns.origin::<L>(group), self.columns.direction::<L>(group));
+        let Group { origin, direction, .. } = &self.groups[group];
         let meeting = Meeting::new(
-            &origin,
-            &direction,
+            origin,
+            direction,
             &splat(&triangles.v0, lane),
             &splat(&triangles.e1, lane),
             &splat(&triangles.e2, lane),
@@ -203,7 +206,7 @@ impl<'a> Closest<'a> {
             return false;
         }
         let limit = L::load(&limits[group]);
-        let (t, within) = meeting.within(L::load(&self.columns.t_min[group]), limit, near);
+        let (t, within) = meeting.within(self.groups[group].t_min, limit, near);
         let within = within.and(inside);
         let mut nearer = t.below(limit).and(within);
         let equal = within.and_not(nearer).bits();
@@ -222,7 +225,7 @@ impl<'a> Closest<'a> {
     }
 
     #[inline(always)]
-    fn test_ray<L: Lanes>(
+    fn test_ray(
         &mut self,
         limits: &mut Column,
         triangles: &LeafTriangles,
@@ -231,12 +234,12 @@ impl<'a> Closest<'a> {
         ray: usize,
         near: f32,
     ) -> bool {
-        let inside = one_ray::<L>(self.columns, triangles, leaf, group, ray);
-        let (meeting, inside) = inside;
+        let row = &self.rows[WIDTH * group + ray];
+        let (meeting, inside) = one_ray::<L>(row, triangles, leaf);
         if inside == 0 {
             return false;
         }
-        let t_min = L::splat(self.columns.t_min[group][ray]);
+        let t_min = L::splat(row[T_MIN]);
         let (t, within) = meeting.within(t_min, L::splat(limits[group][ray]), L::splat(near));
         let candidates = within.bits() & inside;
         if candidates == 0 {
@@ -259,22 +262,28 @@ impl<'a> Closest<'a> {
         is_shorter
     }
 
-    /// The hits of some rays, whose distances are the limits.
+    /// The distances of some rays' hits, if any, are their limits.
     #[inline(always)]
-    pub fn collect<L: Lanes>(&self, limits: &Column, active: u64, hits: Hits) {
+    pub fn keep(&mut self, limits: &Column, active: u64) {
         for group in 0..GROUPS {
+            let mask = L::mask((active >> (WIDTH * group)) as u8);
+            self.t[group] = L::load(&limits[group]).select(mask, L::load(&self.t[group])).store();
+        }
+    }
+
+    /// The hits of all rays but those that were answered otherwise.
+    #[inline(always)]
+    pub fn collect(&self, active: u64, hits: Hits) {
+        for (group, hits) in hits.chunks_mut(WIDTH).enumerate() {
             let size = L::load(&self.size[group]);
             let u = L::load(&self.u[group]).over(size).store();
             let v = L::load(&self.v[group]).over(size).store();
-            for lane in bits((active >> (WIDTH * group)) as u8) {
-                let place = self.place[group][lane];
-                if place.to_bits() != NO_PLACE {
-                    hits[WIDTH * group + lane] = Some(Hit {
-                        t: f64::from(limits[group][lane]),
-                        triangle: self.row(place),
-                        u: f64::from(u[lane]),
-                        v: f64::from(v[lane]),
-                    });
+            let active = active >> (WIDTH * group);
+            for (lane, hit) in hits.iter_mut().enumerate() {
+                if active >> lane & 1 != 0 {
+                    let triangle = self.order.get(self.place[group][lane].to_bits() as usize).copied();
+                    let [t, u, v] = [self.t[group][lane], u[lane], v[lane]].map(f64::from);
+                    *hit = triangle.map(|triangle| Hit { t, triangle, u, v });
                 }
             }
         }
@@ -283,17 +292,10 @@ impl<'a> Closest<'a> {
 
 /// One ray against the triangles of a leaf: where it meets their planes, and which it meets inside.
 #[inline(always)]
-fn one_ray<L: Lanes>(
-    columns: &Columns,
-    triangles: &LeafTriangles,
-    leaf: &Leaf,
-    group: usize,
-    ray: usize,
-) -> (Meeting<L>, u8) {
-    let at = |columns: &[Column; 3], axis: usize| columns[axis][group][ray];
-    let origin = [L::splat(at(&columns.origin, 0)), L::splat(at(&columns.origin, 1)), L::splat(at(&columns.origin, 2))];
-    let direction =
-        [L::splat(at(&columns.direction, 0)), L::splat(at(&columns.direction, 1)), L::splat(at(&columns.direction, 2))];
+fn one_ray<L: Lanes>(row: &[f32; WIDTH], triangles: &LeafTriangles, leaf: &Leaf) -> (Meeting<L>, u8) {
+    let [x, y, z, dx, dy, dz, ..] = *row;
+    let origin = [L::splat(x), L::splat(y), L::splat(z)];
+    let direction = [L::splat(dx), L::splat(dy), L::splat(dz)];
     let meeting = Meeting::new(
         &origin,
         &direction,
@@ -312,7 +314,7 @@ fn are_few(rays: u8, leaf: &Leaf) -> bool {
     rays.count_ones() as usize <= leaf.count / 2
 }
 
-impl<L: Lanes> Query<L> for Closest<'_> {
+impl<L: Lanes> Query<L> for Closest<'_, L> {
     type Triangles = LeafTriangles;
 
     #[inline(always)]
@@ -323,7 +325,7 @@ impl<L: Lanes> Query<L> for Closest<'_> {
     #[inline(always)]
     fn test(
         &mut self,
-        packet: &mut Packet<L>,
+        packet: &mut Packet<'_, L>,
         leaf: &Leaf,
         triangles: &LeafTriangles,
         group: usize,
@@ -334,7 +336,7 @@ impl<L: Lanes> Query<L> for Closest<'_> {
         if are_few(rays, leaf) {
             let near = near.store();
             for ray in bits(rays) {
-                is_shorter |= self.test_ray::<L>(&mut packet.limits, triangles, leaf, group, ray, near[ray]);
+                is_shorter |= self.test_ray(&mut packet.limits, triangles, leaf, group, ray, near[ray]);
             }
         } else {
             let rays = L::mask(rays);
@@ -351,20 +353,21 @@ impl<L: Lanes> Query<L> for Closest<'_> {
 }
 
 /// Whether anything is hit.
-pub(super) struct Occluded<'a> {
-    columns: &'a Columns,
+pub(super) struct Occluded<'a, L> {
+    rows: &'a Rows,
+    groups: &'a [Group<L>; GROUPS],
     /// One bit a ray.
     pub hidden: u64,
 }
 
-impl<'a> Occluded<'a> {
+impl<'a, L: Lanes> Occluded<'a, L> {
     #[inline(always)]
-    pub fn new(columns: &'a Columns) -> Self {
-        Self { columns, hidden: 0 }
+    pub fn new(rows: &'a Rows, groups: &'a [Group<L>; GROUPS]) -> Self {
+        Self { rows, groups, hidden: 0 }
     }
 }
 
-impl<L: Lanes> Query<L> for Occluded<'_> {
+impl<L: Lanes> Query<L> for Occluded<'_, L> {
     type Triangles = LeafTriangles;
 
     #[inline(always)]
@@ -375,7 +378,7 @@ impl<L: Lanes> Query<L> for Occluded<'_> {
     #[inline(always)]
     fn test(
         &mut self,
-        packet: &mut Packet<L>,
+        packet: &mut Packet<'_, L>,
         leaf: &Leaf,
         triangles: &LeafTriangles,
         group: usize,
@@ -383,26 +386,27 @@ impl<L: Lanes> Query<L> for Occluded<'_> {
         near: L,
     ) -> bool {
         let limits = L::load(&packet.limits[group]);
-        let t_min = L::load(&self.columns.t_min[group]);
+        let t_min = self.groups[group].t_min;
         let mut hidden = 0;
         if are_few(rays, leaf) {
             let near = near.store();
             for ray in bits(rays) {
-                let (meeting, inside) = one_ray::<L>(self.columns, triangles, leaf, group, ray);
+                let row = &self.rows[WIDTH * group + ray];
+                let (meeting, inside) = one_ray::<L>(row, triangles, leaf);
                 if inside != 0 {
-                    let t_min = L::splat(self.columns.t_min[group][ray]);
+                    let t_min = L::splat(row[T_MIN]);
                     let limit = L::splat(packet.limits[group][ray]);
                     let (_, within) = meeting.within(t_min, limit, L::splat(near[ray]));
                     hidden |= u8::from(within.bits() & inside != 0) << ray;
                 }
             }
         } else {
-            let (origin, direction) = (self.columns.origin::<L>(group), self.columns.direction::<L>(group));
+            let Group { origin, direction, .. } = &self.groups[group];
             let mut alive = L::mask(rays);
             for lane in 0..leaf.count {
                 let meeting = Meeting::new(
-                    &origin,
-                    &direction,
+                    origin,
+                    direction,
                     &splat(&triangles.v0, lane),
                     &splat(&triangles.e1, lane),
                     &splat(&triangles.e2, lane),

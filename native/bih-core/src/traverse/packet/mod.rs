@@ -10,7 +10,7 @@ mod slabs;
 mod walk;
 mod watertight;
 
-use rays::{Column, Columns, Packet};
+use rays::{Column, Group, Packet, Rows, rows};
 use slabs::Slabs;
 pub(super) use walk::Entry;
 use walk::{Leaf, walk};
@@ -37,30 +37,34 @@ type Hits<'a> = &'a mut [Option<Hit>];
 #[inline(always)]
 pub fn closest<L: Lanes>(tree: &Tree, triangles: &Triangles, rays: &[Ray], stack: &mut Stack, hits: Hits) {
     assert!(rays.len() <= PACKET && rays.len() == hits.len(), "{} rays, {} hits", rays.len(), hits.len());
-    let columns = Columns::new(rays);
-    let active = active::<L>(tree, &columns);
-    for (i, (ray, hit)) in rays.iter().zip(hits.iter_mut()).enumerate() {
-        *hit = None;
-        if active >> i & 1 == 0 && ray.is_valid() {
-            *hit = super::closest::<L, _>(tree, triangles, ray, stack, &mut Uncounted);
-        }
+    let rows = rows::<L>(rays);
+    let groups = groups::<L>(&rows);
+    let active = active(tree, &groups);
+    for i in alone(rays, active) {
+        let is_valid = rays[i].is_valid();
+        hits[i] =
+            if is_valid { super::closest::<L, _>(tree, triangles, &rays[i], stack, &mut Uncounted) } else { None };
     }
     let Some(wide) = tree.wide.as_ref().filter(|_| active != 0) else { return };
     match tree.precision {
         Precision::Fast => {
-            let mut query = fast::Closest::new(&columns, &tree.order);
-            let (slabs, limits) = fast_rays::<L>(&columns);
+            let mut query = fast::Closest::new(&rows, &groups, &tree.order);
+            let (slabs, limits) = fast_slabs(&groups);
             for (octant, active) in octants(&slabs, active) {
-                let mut packet = Packet::new(slabs, &limits, active, octant);
-                walk(wide, &mut packet, &mut stack.packet, &mut query);
-                query.collect::<L>(&packet.limits, active, hits);
+                if let Some(mut packet) = Packet::new(&slabs, &limits, active, octant, &wide.records[0]) {
+                    walk(wide, &mut packet, &mut stack.packet, &mut query);
+                    query.keep(&packet.limits, active);
+                }
             }
+            query.collect(active, hits);
         }
         Precision::Watertight => {
-            let mut query = watertight::Closest::<L>::new(rays, &columns, tree);
-            let (slabs, limits) = watertight_rays::<L>(&columns);
+            let mut query = watertight::Closest::new(rays, &groups, tree);
+            let (slabs, limits) = watertight_slabs(&groups);
             for (octant, active) in octants(&slabs, active) {
-                walk(wide, &mut Packet::new(slabs, &limits, active, octant), &mut stack.packet, &mut query);
+                if let Some(mut packet) = Packet::new(&slabs, &limits, active, octant, &wide.records[0]) {
+                    walk(wide, &mut packet, &mut stack.packet, &mut query);
+                }
             }
             query.collect(active, hits);
         }
@@ -72,29 +76,33 @@ pub fn closest<L: Lanes>(tree: &Tree, triangles: &Triangles, rays: &[Ray], stack
 #[inline(always)]
 pub fn occluded<L: Lanes>(tree: &Tree, triangles: &Triangles, rays: &[Ray], stack: &mut Stack) -> u64 {
     assert!(rays.len() <= PACKET, "{} rays", rays.len());
-    let columns = Columns::new(rays);
-    let active = active::<L>(tree, &columns);
+    let rows = rows::<L>(rays);
+    let groups = groups::<L>(&rows);
+    let active = active(tree, &groups);
     let mut hidden = 0;
-    for (i, ray) in rays.iter().enumerate() {
-        if active >> i & 1 == 0 && ray.is_valid() {
-            hidden |= u64::from(super::occluded::<L, _>(tree, triangles, ray, stack, &mut Uncounted)) << i;
-        }
+    for i in alone(rays, active) {
+        let is_hidden = rays[i].is_valid() && super::occluded::<L, _>(tree, triangles, &rays[i], stack, &mut Uncounted);
+        hidden |= u64::from(is_hidden) << i;
     }
     let Some(wide) = tree.wide.as_ref().filter(|_| active != 0) else { return hidden };
     match tree.precision {
         Precision::Fast => {
-            let mut query = fast::Occluded::new(&columns);
-            let (slabs, limits) = fast_rays::<L>(&columns);
+            let mut query = fast::Occluded::new(&rows, &groups);
+            let (slabs, limits) = fast_slabs(&groups);
             for (octant, active) in octants(&slabs, active) {
-                walk(wide, &mut Packet::new(slabs, &limits, active, octant), &mut stack.packet, &mut query);
+                if let Some(mut packet) = Packet::new(&slabs, &limits, active, octant, &wide.records[0]) {
+                    walk(wide, &mut packet, &mut stack.packet, &mut query);
+                }
             }
             hidden | query.hidden
         }
         Precision::Watertight => {
-            let mut query = watertight::Occluded::<L>::new(rays, &columns, tree);
-            let (slabs, limits) = watertight_rays::<L>(&columns);
+            let mut query = watertight::Occluded::new(rays, &groups, tree);
+            let (slabs, limits) = watertight_slabs(&groups);
             for (octant, active) in octants(&slabs, active) {
-                walk(wide, &mut Packet::new(slabs, &limits, active, octant), &mut stack.packet, &mut query);
+                if let Some(mut packet) = Packet::new(&slabs, &limits, active, octant, &wide.records[0]) {
+                    walk(wide, &mut packet, &mut stack.packet, &mut query);
+                }
             }
             hidden | query.hidden
         }
@@ -122,33 +130,48 @@ pub fn is_coherent(tree: &Tree, rays: &[Ray]) -> bool {
 
 /// The rays that a packet can answer, one bit a ray.
 #[inline(always)]
-fn active<L: Lanes>(tree: &Tree, columns: &Columns) -> u64 {
+fn active<L: Lanes>(tree: &Tree, groups: &[Group<L>; GROUPS]) -> u64 {
     let has_rows = tree.wide.as_ref().is_some_and(|wide: &Wide| !wide.rows.is_empty() && !wide.records.is_empty());
     let mut active = 0;
-    for group in 0..if has_rows { GROUPS } else { 0 } {
-        active |= u64::from(columns.in_range::<L>(tree.bounds(), group)) << (WIDTH * group);
+    for (group, rays) in groups.iter().enumerate().filter(|_| has_rows) {
+        active |= u64::from(rays.in_range(tree.bounds())) << (WIDTH * group);
     }
     active
 }
 
+/// The other rays.
 #[inline(always)]
-fn fast_rays<L: Lanes>(columns: &Columns) -> ([Slabs<L>; GROUPS], Column) {
-    let mut slabs = [fast::slabs(columns, 0); GROUPS];
-    let mut limits = columns.t_max;
-    for group in 0..GROUPS {
-        slabs[group] = fast::slabs(columns, group);
-        limits[group] = L::load(&limits[group]).minimum(L::splat(f32::MAX)).store();
+fn alone(rays: &[Ray], active: u64) -> impl Iterator<Item = usize> {
+    bits(!active & u64::MAX.checked_shr((PACKET - rays.len()) as u32).unwrap_or(0))
+}
+
+#[inline(always)]
+fn groups<L: Lanes>(rows: &Rows) -> [Group<L>; GROUPS] {
+    let mut groups = [Group::new(rows, 0); GROUPS];
+    for (i, group) in groups.iter_mut().enumerate() {
+        *group = Group::new(rows, i);
+    }
+    groups
+}
+
+#[inline(always)]
+fn fast_slabs<L: Lanes>(groups: &[Group<L>; GROUPS]) -> ([Slabs<L>; GROUPS], Column) {
+    let mut slabs = [fast::slabs(&groups[0]); GROUPS];
+    let mut limits = [[0.0; WIDTH]; GROUPS];
+    for (i, group) in groups.iter().enumerate() {
+        slabs[i] = fast::slabs(group);
+        limits[i] = group.t_max.minimum(L::splat(f32::MAX)).store();
     }
     (slabs, limits)
 }
 
 #[inline(always)]
-fn watertight_rays<L: Lanes>(columns: &Columns) -> ([Slabs<L>; GROUPS], Column) {
-    let mut slabs = [watertight::slabs(columns, 0); GROUPS];
-    let mut limits = columns.t_max;
-    for group in 0..GROUPS {
-        slabs[group] = watertight::slabs(columns, group);
-        limits[group] = watertight::limits::<L>(columns, group).store();
+fn watertight_slabs<L: Lanes>(groups: &[Group<L>; GROUPS]) -> ([Slabs<L>; GROUPS], Column) {
+    let mut slabs = [watertight::slabs(&groups[0]); GROUPS];
+    let mut limits = [[0.0; WIDTH]; GROUPS];
+    for (i, group) in groups.iter().enumerate() {
+        slabs[i] = watertight::slabs(group);
+        limits[i] = watertight::limits(group).store();
     }
     (slabs, limits)
 }
@@ -186,10 +209,11 @@ fn load_rows<L: Lanes>(leaf: &Leaf) -> [[L; 3]; 3] {
 
 /// The places of the bits that are set.
 #[inline(always)]
-fn bits(mut mask: u8) -> impl Iterator<Item = usize> {
+fn bits(mask: impl Into<u64>) -> impl Iterator<Item = usize> {
+    let mut mask = mask.into();
     std::iter::from_fn(move || {
-        let lane = mask.trailing_zeros() as usize;
+        let place = mask.trailing_zeros() as usize;
         mask &= mask.wrapping_sub(1);
-        (lane < 8).then_some(lane)
+        (place < 64).then_some(place)
     })
 }

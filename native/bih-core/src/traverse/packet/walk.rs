@@ -43,7 +43,7 @@ pub(super) trait Query<L: Lanes> {
     /// Test some rays of a group, which enter the leaf's box at `near`. Answers whether any of them matters less far.
     fn test(
         &mut self,
-        packet: &mut Packet<L>,
+        packet: &mut Packet<'_, L>,
         leaf: &Leaf,
         triangles: &Self::Triangles,
         group: usize,
@@ -56,7 +56,12 @@ const LANES: [u32; WIDTH] = [0, 1, 2, 3, 4, 5, 6, 7];
 
 /// Show the query all leaves that its rays may meet, front to back by their octant.
 #[inline(always)]
-pub(super) fn walk<L: Lanes, Q: Query<L>>(wide: &Wide, packet: &mut Packet<L>, stack: &mut Vec<Entry>, query: &mut Q) {
+pub(super) fn walk<L: Lanes, Q: Query<L>>(
+    wide: &Wide,
+    packet: &mut Packet<'_, L>,
+    stack: &mut Vec<Entry>,
+    query: &mut Q,
+) {
     stack.resize(STACK_SIZE, Entry::default());
     let mut top = 0;
     let mut index = 0;
@@ -94,7 +99,7 @@ pub(super) fn walk<L: Lanes, Q: Query<L>>(wide: &Wide, packet: &mut Packet<L>, s
 #[inline(always)]
 fn descend<L: Lanes>(
     wide: &Wide,
-    packet: &Packet<L>,
+    packet: &Packet<'_, L>,
     index: usize,
     live: u8,
     stack: &mut [Entry],
@@ -111,7 +116,7 @@ fn descend<L: Lanes>(
         } else {
             let sides = Sides::one(record, packet.octant, lane as usize & 7);
             let (near, far) = packet.groups.clip(&sides, L::load(&packet.group_limits));
-            near.at_most(far).bits() & live
+            packet.confirmed(&sides, near.at_most(far).bits() & live)
         };
         stack[top] = Entry { near, place: (index * WIDTH) as u32 | lane, groups };
         top += usize::from(groups != 0);
@@ -121,7 +126,7 @@ fn descend<L: Lanes>(
 
 /// Show the query a leaf, and those rays of some groups that meet its box.
 #[inline(always)]
-fn visit<L: Lanes, Q: Query<L>>(packet: &mut Packet<L>, leaf: &Leaf, sides: &Sides<L>, live: u8, query: &mut Q) {
+fn visit<L: Lanes, Q: Query<L>>(packet: &mut Packet<'_, L>, leaf: &Leaf, sides: &Sides<L>, live: u8, query: &mut Q) {
     let mut nears = [packet.groups.t_min; GROUPS];
     let mut rays = [0; GROUPS];
     let mut any = 0;

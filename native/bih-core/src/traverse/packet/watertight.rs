@@ -1,6 +1,6 @@
 //! Leaves whose triangles single precision only leaves out: what is left is decided as for a single ray.
 
-use super::rays::{Columns, Packet};
+use super::rays::{Group, Packet};
 use super::slabs::Slabs;
 use super::walk::{Leaf, Query};
 use super::{GROUPS, Hits, PACKET, bits, load_rows};
@@ -17,19 +17,17 @@ const LEAST_DIRECTION: f32 = 1e-30;
 
 /// The rays as the boxes see them, rounded outward.
 #[inline(always)]
-pub(super) fn slabs<L: Lanes>(columns: &Columns, group: usize) -> Slabs<L> {
-    let nearest = columns.origin::<L>(group);
-    let t_min = L::load(&columns.t_min[group]);
+pub(super) fn slabs<L: Lanes>(rays: &Group<L>) -> Slabs<L> {
+    let nearest = rays.origin;
     let mut slabs = Slabs {
         near_origin: nearest,
         near_reciprocal: nearest,
         far_origin: nearest,
         far_reciprocal: nearest,
         // Rounded to nearest, and back.
-        t_min: t_min.times(L::splat(1.0 - 4.0 * U)).minus(L::splat(f32::MIN_POSITIVE)).maximum(L::splat(0.0)),
+        t_min: rays.t_min.times(L::splat(1.0 - 4.0 * U)).minus(L::splat(f32::MIN_POSITIVE)).maximum(L::splat(0.0)),
     };
-    for axis in 0..3 {
-        let direction = L::load(&columns.direction[axis][group]);
+    for (axis, &direction) in rays.direction.iter().enumerate() {
         // The sign of a direction that is zero, too.
         let backwards = L::splat(1.0).turned_by(direction);
         let spread = nearest[axis].magnitude().fused(L::splat(2.0 * U), L::splat(f32::MIN_POSITIVE)).times(backwards);
@@ -47,8 +45,8 @@ pub(super) fn slabs<L: Lanes>(columns: &Columns, group: usize) -> Slabs<L> {
 
 /// How far each ray matters, rounded up.
 #[inline(always)]
-pub(super) fn limits<L: Lanes>(columns: &Columns, group: usize) -> L {
-    L::load(&columns.t_max[group]).fused(L::splat(1.0 + 4.0 * U), L::splat(2.0 * f32::MIN_POSITIVE))
+pub(super) fn limits<L: Lanes>(rays: &Group<L>) -> L {
+    rays.t_max.fused(L::splat(1.0 + 4.0 * U), L::splat(2.0 * f32::MIN_POSITIVE))
 }
 
 /// A limit in double precision, rounded up, as the walk of a single ray has it.
@@ -70,9 +68,9 @@ struct Errors<L> {
 impl<L: Lanes> Errors<L> {
     /// The factors are one more than those derived: that covers the roundings made here.
     #[inline(always)]
-    fn new(columns: &Columns, bounds: &Bounds, group: usize) -> Self {
-        let (origin, direction) = (columns.origin::<L>(group), columns.direction::<L>(group));
-        let mut reach = origin;
+    fn new(rays: &Group<L>, bounds: &Bounds) -> Self {
+        let Group { origin, direction, .. } = rays;
+        let mut reach = *origin;
         for axis in 0..3 {
             let to_lower = origin[axis].minus(L::splat(bounds.lower[axis])).magnitude();
             let to_upper = origin[axis].minus(L::splat(bounds.upper[axis])).magnitude();
@@ -95,7 +93,7 @@ impl<L: Lanes> Errors<L> {
 /// The exact tests of all rays, and the filter before them.
 struct Filter<'a, L> {
     rays: &'a [Ray],
-    columns: &'a Columns,
+    groups: &'a [Group<L>; GROUPS],
     tree: &'a Tree,
     errors: [Errors<L>; GROUPS],
 }
@@ -107,28 +105,28 @@ pub(super) struct LeafTriangles {
 
 impl<'a, L: Lanes> Filter<'a, L> {
     #[inline(always)]
-    fn new(rays: &'a [Ray], columns: &'a Columns, tree: &'a Tree) -> Self {
-        let mut errors = [Errors::new(columns, tree.bounds(), 0); GROUPS];
-        for (group, errors) in errors.iter_mut().enumerate() {
-            *errors = Errors::new(columns, tree.bounds(), group);
+    fn new(rays: &'a [Ray], groups: &'a [Group<L>; GROUPS], tree: &'a Tree) -> Self {
+        let mut errors = [Errors::new(&groups[0], tree.bounds()); GROUPS];
+        for (errors, group) in errors.iter_mut().zip(groups) {
+            *errors = Errors::new(group, tree.bounds());
         }
-        Self { rays, columns, tree, errors }
+        Self { rays, groups, tree, errors }
     }
 
     /// The rays that may hit a triangle before their limits.
     #[inline(always)]
     fn candidates(&self, triangles: &LeafTriangles, lane: usize, group: usize, rays: u8, limit: L) -> u8 {
         let errors = &self.errors[group];
-        let (origin, direction) = (self.columns.origin::<L>(group), self.columns.direction::<L>(group));
+        let Group { origin, direction, .. } = &self.groups[group];
         let corner = |corner: usize, axis: usize| triangles.corners[corner][axis][lane % WIDTH];
         let v0 = [L::splat(corner(0, 0)), L::splat(corner(0, 1)), L::splat(corner(0, 2))];
         let v1 = [L::splat(corner(1, 0)), L::splat(corner(1, 1)), L::splat(corner(1, 2))];
         let v2 = [L::splat(corner(2, 0)), L::splat(corner(2, 1)), L::splat(corner(2, 2))];
-        let to_vertex = minus(&v0, &origin);
+        let to_vertex = minus(&v0, origin);
         let (e1, e2) = (minus(&v0, &v1), minus(&v2, &v0));
         let normal = cross(&e2, &e1);
-        let moment = cross(&to_vertex, &direction);
-        let below = dot(&normal, &direction);
+        let moment = cross(&to_vertex, direction);
+        let below = dot(&normal, direction);
         let size = below.magnitude();
         let u = dot(&moment, &e2).turned_by(below);
         let v = dot(&moment, &e1).turned_by(below);
@@ -200,8 +198,8 @@ pub(super) struct Closest<'a, L> {
 
 impl<'a, L: Lanes> Closest<'a, L> {
     #[inline(always)]
-    pub fn new(rays: &'a [Ray], columns: &'a Columns, tree: &'a Tree) -> Self {
-        let filter = Filter::new(rays, columns, tree);
+    pub fn new(rays: &'a [Ray], groups: &'a [Group<L>; GROUPS], tree: &'a Tree) -> Self {
+        let filter = Filter::new(rays, groups, tree);
         Self { filter, nearest: Vec::with_capacity(PACKET), slots: [u8::MAX; PACKET] }
     }
 
@@ -235,7 +233,7 @@ impl<L: Lanes> Query<L> for Closest<'_, L> {
     #[inline(always)]
     fn test(
         &mut self,
-        packet: &mut Packet<L>,
+        packet: &mut Packet<'_, L>,
         leaf: &Leaf,
         triangles: &LeafTriangles,
         group: usize,
@@ -273,8 +271,8 @@ pub(super) struct Occluded<'a, L> {
 
 impl<'a, L: Lanes> Occluded<'a, L> {
     #[inline(always)]
-    pub fn new(rays: &'a [Ray], columns: &'a Columns, tree: &'a Tree) -> Self {
-        Self { filter: Filter::new(rays, columns, tree), tests: [None; PACKET], hidden: 0 }
+    pub fn new(rays: &'a [Ray], groups: &'a [Group<L>; GROUPS], tree: &'a Tree) -> Self {
+        Self { filter: Filter::new(rays, groups, tree), tests: [None; PACKET], hidden: 0 }
     }
 }
 
@@ -289,7 +287,7 @@ impl<L: Lanes> Query<L> for Occluded<'_, L> {
     #[inline(always)]
     fn test(
         &mut self,
-        packet: &mut Packet<L>,
+        packet: &mut Packet<'_, L>,
         leaf: &Leaf,
         triangles: &LeafTriangles,
         group: usize,

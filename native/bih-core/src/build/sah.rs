@@ -1,0 +1,128 @@
+//! The surface area heuristic, binned (Wald 2007): of the planes between bins on all axes, the one of least expected cost.
+
+use super::frame::{Cut, Split};
+use super::local::{Centres, by_median, halve, partition};
+use super::reference::Reference;
+use crate::simd::Lanes;
+use crate::tree::{MAX_SPATIAL_DEPTH, WIDTH};
+
+/// Bins an axis.
+const BINS: usize = 16;
+
+/// Ranges below this many have half as many bins.
+const FEW: usize = 64;
+
+/// Splits ranges of references.
+pub struct Sah;
+
+impl Split for Sah {
+    type Item = Reference;
+    type State = ();
+
+    fn row(&self, reference: &Reference) -> u32 {
+        reference.row
+    }
+
+    fn in_rows(rows: &mut [f32]) -> &mut [Reference] {
+        bytemuck::cast_slice_mut(rows)
+    }
+
+    #[inline(always)]
+    fn split<L: Lanes>(&self, references: &mut [Reference], (): &mut (), depth: u32) -> Cut {
+        let centres = Centres::of(references);
+        if depth >= MAX_SPATIAL_DEPTH || centres.is_point() {
+            return by_median(references);
+        }
+        let grid = BinGrid::new(&centres, if references.len() < FEW { BINS / 2 } else { BINS });
+        match best_plane::<L>(references, &grid) {
+            None => halve(references, &centres),
+            Some((axis, plane)) => {
+                let count = partition(references, |reference| grid.bins(reference)[axis] < plane);
+                Cut::along(axis, count)
+            }
+        }
+    }
+}
+
+/// Equal bins over the bounds of the centres.
+struct BinGrid {
+    lower: [f32; 4],
+    scale: [f32; 4],
+    count: usize,
+}
+
+impl BinGrid {
+    #[inline(always)]
+    fn new(centres: &Centres, count: usize) -> Self {
+        // A little less, so that the last centre falls into the last bin.
+        let bins = count as f32 * (1.0 - 1e-5);
+        let scale = std::array::from_fn(|axis| {
+            let side = centres.upper[axis] - centres.lower[axis];
+            if side > 0.0 { bins / side } else { 0.0 }
+        });
+        Self { lower: centres.lower, scale, count }
+    }
+
+    #[inline(always)]
+    fn bins(&self, reference: &Reference) -> [u32; 4] {
+        let centre = reference.half_centre();
+        let last = self.count as i32 - 1;
+        std::array::from_fn(|axis| {
+            let bin = ((centre[axis] - self.lower[axis]) * self.scale[axis]) as i32;
+            (if bin < last { bin } else { last }) as u32
+        })
+    }
+}
+
+/// The axis and the first bin of the upper part. None where no plane has a cost that can be
+/// compared.
+#[inline(always)]
+fn best_plane<L: Lanes>(references: &[Reference], grid: &BinGrid) -> Option<(usize, u32)> {
+    let mut boxes = [[L::splat(f32::NEG_INFINITY); BINS]; 3];
+    let mut counts = [[0u32; BINS]; 3];
+    for reference in references {
+        let lanes = reference.lanes::<L>();
+        let bins = grid.bins(reference);
+        for axis in 0..3 {
+            let bin = bins[axis] as usize & (BINS - 1);
+            boxes[axis][bin] = boxes[axis][bin].maximum(lanes);
+            counts[axis][bin] += 1;
+        }
+    }
+    let mut best = f32::INFINITY;
+    let mut plane = None;
+    for axis in 0..3 {
+        if grid.scale[axis] == 0.0 {
+            continue;
+        }
+        // The upper parts from the last bin down, then the lower ones from the first up.
+        let mut upper_costs = [0f32; BINS];
+        let (mut part, mut count) = (L::splat(f32::NEG_INFINITY), 0);
+        for bin in (1..grid.count).rev() {
+            part = part.maximum(boxes[axis][bin]);
+            count += counts[axis][bin];
+            upper_costs[bin] = cost(part, count);
+        }
+        let (mut part, mut count) = (L::splat(f32::NEG_INFINITY), 0);
+        for bin in 1..grid.count {
+            part = part.maximum(boxes[axis][bin - 1]);
+            count += counts[axis][bin - 1];
+            let sum = cost(part, count) + upper_costs[bin];
+            if sum < best && count > 0 && (count as usize) < references.len() {
+                best = sum;
+                plane = Some((axis, bin as u32));
+            }
+        }
+    }
+    // Costs that are all 0 say nothing.
+    plane.filter(|_| best > 0.0)
+}
+
+/// Half the surface of the box times the number of half leaves that the triangles fill.
+#[inline(always)]
+fn cost<L: Lanes>(part: L, count: u32) -> f32 {
+    let [x0, y0, z0, _, x1, y1, z1, _] = part.store();
+    let (x, y, z) = (x0 + x1, y0 + y1, z0 + z1);
+    const GROUP: u32 = WIDTH as u32 / 2;
+    (x * (y + z) + y * z) * count.div_ceil(GROUP) as f32
+}

@@ -1,0 +1,92 @@
+//! Where no number of the mesh is subnormal, none is computed with: many processors take a hundred times as long for one,
+//! and a padded lane or a word read as a float easily holds one. The processor itself says whether it met any.
+
+use std::hint::black_box;
+
+use super::float_environment::register;
+use super::{Kernel, Lanes, dispatch_to, instruction_sets};
+use crate::build::{Layout, Precision};
+use crate::traverse::{Limits, RayBatch, Stack, Uncounted, Vectors, closest, occluded};
+use crate::{BuildOptions, Control, Ray, Tree, Triangles, Vertices, build};
+
+/// Flags that the vector unit keeps: an operand, or a rounded result, was subnormal.
+const SUBNORMAL: u32 = 0x12;
+
+fn meets_subnormals(work: impl FnOnce()) -> bool {
+    let before = register::read();
+    register::write(register::STANDARD);
+    work();
+    let after = register::read();
+    register::write(before);
+    after & SUBNORMAL != 0
+}
+
+struct Trace<'a>(&'a Tree, &'a Triangles<'a>, &'a [Ray]);
+
+impl Kernel for Trace<'_> {
+    type Output = usize;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> usize {
+        let mut stack = Stack::default();
+        let mut hits = 0;
+        for ray in self.2 {
+            let is_hit = closest::<L, _>(self.0, self.1, ray, &mut stack, &mut Uncounted).is_some();
+            assert_eq!(is_hit, occluded::<L, _>(self.0, self.1, ray, &mut stack, &mut Uncounted));
+            hits += usize::from(is_hit);
+        }
+        hits
+    }
+}
+
+/// Triangles and rays in general position, about one unit from everything.
+fn mesh_and_rays() -> (Vec<[f32; 3]>, Vec<Ray>) {
+    let mut state = 1u64;
+    let mut number = move || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 40) as f64 / (1u64 << 24) as f64
+    };
+    let mut soup = Vec::new();
+    for _ in 0..500 {
+        let centre = [number(), number(), number()];
+        soup.extend([(); 3].map(|()| centre.map(|x| (x + 0.2 * (number() - 0.5)) as f32)));
+    }
+    let rays =
+        (0..500).map(|_| Ray::new([(); 3].map(|()| 2.0 + number()), [(); 3].map(|()| -0.5 - number()))).collect();
+    (soup, rays)
+}
+
+#[test]
+fn the_flags_tell() {
+    assert!(meets_subnormals(|| assert!(black_box(f32::from_bits(1)) + black_box(1.0) == 1.0)));
+    assert!(meets_subnormals(|| assert!(black_box(1e-30f32) * black_box(1e-10) > 0.0)));
+    assert!(!meets_subnormals(|| assert!(black_box(0.0f32) * black_box(f32::NAN) != 0.0)));
+}
+
+#[test]
+fn none_are_met_where_the_mesh_has_none() {
+    let (soup, rays) = mesh_and_rays();
+    let triangles = Triangles::new(Vertices::F32(&soup), None).unwrap();
+    let origins: Vec<_> = rays.iter().map(|ray| ray.origin).collect();
+    let directions: Vec<_> = rays.iter().map(|ray| ray.direction).collect();
+    let (t_min, t_max) = (Limits::All(0.0), Limits::All(f64::INFINITY));
+    let batch = RayBatch { origins: Vectors::F64(&origins), directions: Vectors::F64(&directions), t_min, t_max };
+    let here = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    let layouts = [Layout::Classic, Layout::Wide, Layout::Compact];
+    let precisions = [Precision::Fast, Precision::Watertight];
+    for (layout, precision) in layouts.into_iter().flat_map(|layout| precisions.map(|precision| (layout, precision))) {
+        let options = BuildOptions { layout, precision, ..Default::default() };
+        let tree = build(&triangles, &options, &Control::default()).unwrap();
+        for set in instruction_sets() {
+            let work = || assert!(dispatch_to(*set, Trace(&tree, &triangles, &rays)) > 100);
+            assert!(!meets_subnormals(work), "{options:?} in {set:?}");
+        }
+        let control = Control::default();
+        let closest = || drop(batch.closest::<f32>(&tree, &triangles, &control).unwrap());
+        let occluded = || drop(batch.occluded(&tree, &triangles, &control).unwrap());
+        here.install(|| {
+            assert!(!meets_subnormals(closest), "{options:?}, closest");
+            assert!(!meets_subnormals(occluded), "{options:?}, occluded");
+        });
+    }
+}

@@ -1,0 +1,70 @@
+//! Small trees of every size, so that whole vectors are read at the end of every array: for AddressSanitizer and Miri,
+//! which see what is read (`make test-memory`). Rays in general position, because exact decisions take minutes in Miri.
+
+use bih_core::build::Layout;
+use bih_core::simd::{Kernel, Lanes, dispatch_to, instruction_sets};
+use bih_core::traverse::{Hits, Limits, RayBatch, Stack, Uncounted, Vectors, closest, naive_closest, occluded};
+use bih_core::{BuildOptions, Control, Ray, Tree, Triangles, Vertices, build};
+
+/// Triangles of about the same size in a row along a diagonal, and for each of them a ray through its inside.
+fn row_of(count: usize) -> (Vec<[f32; 3]>, Vec<Ray>) {
+    let (mut soup, mut rays) = (Vec::new(), Vec::new());
+    for row in 0..count {
+        let at = |offset: [f64; 3]| offset.map(|x| x + row as f64 * 1.37);
+        let corners = [at([0.11, 0.23, 0.05]), at([1.03, 0.17, 0.31]), at([0.29, 1.13, 0.43])];
+        let inside: [f64; 3] =
+            std::array::from_fn(|i| (corners[0][i] + 2.0 * corners[1][i] + 3.0 * corners[2][i]) / 6.0);
+        let direction = [0.31, -0.27 + row as f64 * 0.01, 1.9];
+        rays.push(Ray::new(std::array::from_fn(|i| inside[i] - 2.1 * direction[i]), direction));
+        soup.extend(corners.map(|corner| corner.map(|x| x as f32)));
+    }
+    (soup, rays)
+}
+
+struct Trace<'a>(&'a Tree, &'a Triangles<'a>, &'a [Ray]);
+
+impl Kernel for Trace<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self(tree, triangles, rays) = self;
+        let mut stack = Stack::default();
+        for ray in rays {
+            let found = closest::<L, _>(tree, triangles, ray, &mut stack, &mut Uncounted);
+            assert!(found.is_some());
+            assert_eq!(found, naive_closest(tree, triangles, ray));
+            assert!(occluded::<L, _>(tree, triangles, ray, &mut stack, &mut Uncounted));
+        }
+    }
+}
+
+#[test]
+fn nothing_is_read_behind_the_last_leaf() {
+    let sizes = if cfg!(miri) { vec![1, 8, 9] } else { (1..=40).collect() };
+    for count in sizes {
+        let (soup, mut rays) = row_of(count);
+        if cfg!(miri) {
+            rays.drain(..count.saturating_sub(2));
+        }
+        let double: Vec<_> = soup.iter().map(|corner| corner.map(f64::from)).collect();
+        let origins: Vec<_> = rays.iter().map(|ray| ray.origin).collect();
+        let directions: Vec<_> = rays.iter().map(|ray| ray.direction).collect();
+        let (t_min, t_max) = (Limits::All(0.0), Limits::All(f64::INFINITY));
+        let batch = RayBatch { origins: Vectors::F64(&origins), directions: Vectors::F64(&directions), t_min, t_max };
+        for vertices in [Vertices::F32(&soup), Vertices::F64(&double)] {
+            let triangles = Triangles::new(vertices, None).unwrap();
+            for layout in [Layout::Classic, Layout::Wide, Layout::Compact] {
+                let options = BuildOptions { layout, ..Default::default() };
+                let control = Control::default();
+                let tree = build(&triangles, &options, &control).unwrap();
+                for set in instruction_sets() {
+                    dispatch_to(*set, Trace(&tree, &triangles, &rays));
+                }
+                let hits: Hits<f32> = batch.closest(&tree, &triangles, &control).unwrap();
+                assert!(hits.triangle.iter().all(|&row| row >= 0));
+                assert!(batch.occluded(&tree, &triangles, &control).unwrap().iter().all(|&is_hit| is_hit));
+            }
+        }
+    }
+}
