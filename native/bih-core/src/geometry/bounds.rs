@@ -53,17 +53,27 @@ impl Bounds {
 }
 
 /// The largest float32 that is not above `x`.
-#[inline]
+#[inline(always)]
 pub fn round_down(x: f64) -> f32 {
     let rounded = x as f32;
-    if f64::from(rounded) > x { rounded.next_down() } else { rounded }
+    stepped(rounded, -i32::from(f64::from(rounded) > x))
 }
 
 /// The smallest float32 that is not below `x`.
-#[inline]
+#[inline(always)]
 pub fn round_up(x: f64) -> f32 {
     let rounded = x as f32;
-    if f64::from(rounded) < x { rounded.next_up() } else { rounded }
+    stepped(rounded, i32::from(f64::from(rounded) < x))
+}
+
+/// The float32 so many steps above `x`; without a branch, because which way a number is rounded cannot be predicted.
+///
+/// Their bits count upwards from zero, those of negative numbers turned over; −0 comes just before +0, and what is rounded
+/// to one of both has its sign.
+#[inline(always)]
+fn stepped(x: f32, steps: i32) -> f32 {
+    let turned = |bits: i32| bits ^ (bits >> 31).cast_unsigned().wrapping_shr(1).cast_signed();
+    f32::from_bits(turned(turned(x.to_bits().cast_signed()) + steps).cast_unsigned())
 }
 
 #[cfg(test)]
@@ -80,5 +90,11 @@ mod tests {
             assert!(f64::from(round_down(x)) < x && x < f64::from(round_up(x)), "{x}");
             assert_eq!(round_down(x).next_up(), round_up(x));
         }
+        assert_eq!([round_down(1e300), round_up(1e300)], [f32::MAX, f32::INFINITY]);
+        assert_eq!([round_down(-1e300), round_up(-1e300)], [f32::NEG_INFINITY, f32::MIN]);
+        for x in [f64::INFINITY, f64::NEG_INFINITY] {
+            assert_eq!([round_down(x), round_up(x)], [x as f32; 2]);
+        }
+        assert!(round_down(f64::NAN).is_nan() && round_up(f64::NAN).is_nan());
     }
 }

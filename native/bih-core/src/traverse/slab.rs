@@ -59,7 +59,8 @@ impl Axis {
         let [lower, upper] = [round_down(ray.origin[axis]), round_up(ray.origin[axis])];
         let is_negative = ray.direction[axis].is_sign_negative();
         let origins = if is_negative { [lower, upper] } else { [upper, lower] };
-        Self::of(axis, is_negative, origins, reciprocals(ray.direction[axis]))
+        let direction = ray.direction[axis];
+        Self::of(axis, is_negative, origins, padded((1.0 / direction) as f32, direction))
     }
 
     /// An axis of a ray of single precision.
@@ -67,12 +68,7 @@ impl Axis {
     fn single(ray: &SingleRay, axis: usize) -> Self {
         let direction = ray.direction[axis];
         let reciprocal = 1.0 / direction;
-        let padded = if RECIPROCALS.contains(&reciprocal.abs()) {
-            [reciprocal * (1.0 - 2.0 * f32::EPSILON), reciprocal * (1.0 + 3.0 * f32::EPSILON)]
-        } else {
-            reciprocals(f64::from(direction))
-        };
-        Self::of(axis, direction.is_sign_negative(), [ray.origin[axis]; 2], padded)
+        Self::of(axis, direction.is_sign_negative(), [ray.origin[axis]; 2], padded(reciprocal, f64::from(direction)))
     }
 
     #[inline(always)]
@@ -85,8 +81,20 @@ impl Axis {
     }
 }
 
-/// 1 / direction, nearer to zero and further from it.
+/// A rounded reciprocal of a direction, so much nearer to zero and further from it that it makes up for its rounding and
+/// for the three that follow.
 #[inline(always)]
+fn padded(reciprocal: f32, direction: f64) -> [f32; 2] {
+    if RECIPROCALS.contains(&reciprocal.abs()) {
+        [reciprocal * (1.0 - 2.0 * f32::EPSILON), reciprocal * (1.0 + 3.0 * f32::EPSILON)]
+    } else {
+        reciprocals(direction)
+    }
+}
+
+/// The same where that could overflow or underflow.
+#[cold]
+#[inline(never)]
 fn reciprocals(direction: f64) -> [f32; 2] {
     let magnitude = (1.0 / direction).abs();
     let [near, far] = if direction == 0.0 {
