@@ -1,5 +1,6 @@
 //! Queries: the nearest hit, any hit, and the naive intersector that they are tested against.
 
+mod answers;
 mod batch;
 mod closest;
 mod counters;
@@ -19,7 +20,8 @@ mod stack;
 mod watertight;
 mod wide;
 
-pub use batch::{Float, Hits, Limits, RayBatch, Vectors};
+pub use answers::{Float, Hits};
+pub use batch::{Limits, RayBatch, Vectors};
 pub use closest::{Hit, closest};
 pub use counters::{Counter, Counts, Uncounted};
 pub use flight::{Rays, closest_in_flight, occluded_in_flight};
