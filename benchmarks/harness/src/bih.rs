@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use bih_core::build::{Layout, Precision};
+use bih_core::build::{Heuristic, Layout, Precision};
 use bih_core::simd::FloatEnvironment;
 use bih_core::traverse::{Hits, Limits, RayBatch, Stack, Tracer, Vectors, Way};
 use bih_core::{BuildOptions, Control, Hit, Tree, Triangles, build};
@@ -30,6 +30,9 @@ impl BihSide {
                 "wide" => options.layout = Layout::Wide,
                 "compact" => options.layout = Layout::Compact,
                 "fast" => options.precision = Precision::Fast,
+                "global" => options.heuristic = Heuristic::Global,
+                "local" => options.heuristic = Heuristic::Local,
+                "sah" => options.heuristic = Heuristic::Sah,
                 "presort" => options.presort = Some(true),
                 "inplace" => options.presort = Some(false),
                 "watertight" => options.precision = Precision::Watertight,
