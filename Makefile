@@ -28,7 +28,7 @@ help:
 	@echo "make preview [SCENE=my.blend]  trace the scene to build/preview.png and .exr, its tree to build/overlay.png"
 	@echo "make test                      all checks and tests (lint, types, test-rust, test-neon, test-address, test-python)"
 	@echo "make test-memory               what memory the core reads: AddressSanitizer, then Miri (two minutes)"
-	@echo "make bench [BENCH='--scene bunny']  measure beside the peers (half an hour), write docs/benchmarks.md"
+	@echo "make bench [BENCH=--help]      measure beside the peers (half an hour), write docs/benchmarks.md"
 	@echo "make bench-quick               the same on small scenes: answers and counts alone, for CI"
 	@echo "make package                   the extension's zip, in build/ (on Linux also with PLATFORM=linux-arm64)"
 	@echo "make real-blender              a Blender for the tests, where none is installed (Debian, as root)"

@@ -62,39 +62,48 @@ def _measure(job: Job, harness: Harness, known: set[str], meshes: Path | None, s
         store.put(job, harness.run(written(job.scene, meshes), job.options(known)))
 
 
+def _measure_all(arguments: argparse.Namespace, store: Store) -> bool:
+    """Whether all went well; a job that fails does not hold up the others."""
+    harness = Harness.built(arguments.wrap)
+    named = {sides.side_of(call) for job in jobs() for call in job.sides}
+    known = harness.known(sorted(named))
+    print(f"not built yet, so left out: {', '.join(sorted(named - known)) or 'nothing'}")
+    chosen = _chosen(arguments, store)
+    is_well = True
+    for number, job in enumerate(chosen, 1):
+        print(f"{number:>3} of {len(chosen)}  {job.name}", end="", flush=True)
+        start = perf_counter()
+        try:
+            _measure(job, harness, known, arguments.meshes, store)
+            print(f"  {perf_counter() - start:.0f} s")
+        except Unavailable as reason:
+            print(f"  skipped: {reason}")
+        except Failed as reason:
+            print(f"  failed: {reason}")
+            is_well = False
+    return is_well
+
+
 def main() -> int:
     arguments = _arguments()
     store = Store()
+    if arguments.list:
+        print("\n".join(job.name for job in _chosen(arguments, store)))
+        return 0
     try:
         if arguments.quick:
             from .quick import check
 
             return check()
-        if not arguments.page:
-            harness = Harness.built(arguments.wrap)
-            named = {sides.side_of(call) for job in jobs() for call in job.sides}
-            known = harness.known(sorted(named))
-            print(f"not built yet, so left out: {', '.join(sorted(named - known)) or 'nothing'}")
-            chosen = _chosen(arguments, store)
-            for number, job in enumerate(chosen, 1):
-                start = perf_counter()
-                print(f"{number:>3} of {len(chosen)}  {job.name}", end="", flush=True)
-                if not arguments.list:
-                    try:
-                        _measure(job, harness, known, arguments.meshes, store)
-                        print(f"  {perf_counter() - start:.0f} s", end="")
-                    except Unavailable as reason:
-                        print(f"  skipped: {reason}", end="")
-                print()
-        if not arguments.list:
-            from . import page
-
-            page.write(store)
-            print(page.PAGE)
+        is_well = arguments.page or _measure_all(arguments, store)
     except Failed as reason:
         print(reason, file=sys.stderr)
         return 1
-    return 0
+    from . import page
+
+    page.write(store)
+    print(page.PAGE)
+    return 0 if is_well else 1
 
 
 if __name__ == "__main__":

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from datetime import datetime
+from functools import partial
 from pathlib import Path
 
 from . import bars, machine, plots, sides
@@ -72,7 +73,8 @@ def _circumstances(store: Store, results: Results) -> str:
 def _scene(results: Results, scene: str) -> str:
     parts = [f"### {scene}, {results.triangles(scene):,} triangles\n"]
     parts.append(_builds(results, scene))
-    for threads, calls in ((2, sides.TRACES), (1, sides.TRACES_ALONE)):
+    for threads, traces in ((2, sides.traces), (1, sides.traces_alone)):
+        calls = tuple(dict.fromkeys(call for kind in KINDS for call in traces(kind)))
         parts.append(f"Mrays/s on {threads} thread{'s' if threads > 1 else ''}, and wrong answers a million:\n")
         parts.append(_traces(results, scene, calls, threads))
     parts.append("Milliseconds from the mesh to a picture of 1024 x 768, one shadow ray a sample, 2 threads:\n")
@@ -130,7 +132,7 @@ def _python(results: Results, scene: str) -> str:
 
 def _growth(results: Results, scene: str) -> str:
     builds = (sides.DEFAULT, sides.SAH, sides.LOW, sides.MEDIUM)
-    traces = (sides.DEFAULT, sides.SAH, f"{sides.MEDIUM}@1", f"{sides.MEDIUM}@16c")
+    whose = {side: partial(results.best_rate, side=side) for side in (sides.DEFAULT, sides.SAH, sides.MEDIUM)}
     lines = []
     for size in SIZES:
         name = f"{scene}@{size}"
@@ -138,11 +140,11 @@ def _growth(results: Results, scene: str) -> str:
         if not count:
             continue
         seconds = [results.built(name, side) for side in builds]
-        rates = [results.rate(name, kind, call) for kind in ("primary", "bounce") for call in traces]
+        rates = [rate(name, kind) for kind in ("primary", "bounce") for rate in whose.values()]
         cells = [number(None if value is None else 1e3 * value) for value in seconds]
         lines.append([f"{count:,}", *cells, *(number(None if rate is None else rate / 1e6) for rate in rates)])
     heads = [f"{scene}: triangles", *(f"build {side}, ms" for side in builds)]
-    heads += [f"{kind} {call}, Mrays/s" for kind in ("primary", "bounce") for call in traces]
+    heads += [f"{kind} {who}, Mrays/s" for kind in ("primary", "bounce") for who in whose]
     return table(heads, lines) if lines else ""
 
 

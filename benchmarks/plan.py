@@ -65,9 +65,9 @@ def of_the_bars() -> Iterator[Job]:
         for threads in (2, 1):
             yield Job("build", scene, threads, "build", sides.BUILDS)
         for kind in KINDS:
-            yield Job("trace", scene, 2, "trace", sides.TRACES, (kind,), 5, 8)
+            yield Job("trace", scene, 2, "trace", sides.traces(kind), (kind,), 5, 6)
         for kind in KINDS[:4]:
-            yield Job("trace", scene, 1, "trace", sides.TRACES_ALONE, (kind,), 3, 5)
+            yield Job("trace", scene, 1, "trace", sides.traces_alone(kind), (kind,), 3, 4)
         yield Job("image", scene, 2, "image", sides.IMAGES, samples=(1, 4, 16), seconds=8)
         yield Job("python", scene, 1, "python", ())
 
@@ -75,12 +75,12 @@ def of_the_bars() -> Iterator[Job]:
 def of_growth() -> Iterator[Job]:
     """The same scenes from a thousand triangles to ten million."""
     builds = (sides.DEFAULT, sides.SAH, sides.LOCAL, sides.COMPACT, sides.LOW, sides.MEDIUM)
-    traces = (sides.DEFAULT, sides.SAH, f"{sides.MEDIUM}@1", f"{sides.MEDIUM}@16c")
     for scene in GROWING:
         for size in SIZES:
             rounds = 25 if size < 100_000 else 5
             yield Job("growth", f"{scene}@{size}", 2, "build", builds, rounds=rounds)
-            yield Job("growth", f"{scene}@{size}", 2, "trace", traces, ("primary", "bounce"), 3, 4)
+            for kind in ("primary", "bounce"):
+                yield Job("growth", f"{scene}@{size}", 2, "trace", sides.traces_alone(kind), (kind,), 3, 3)
 
 
 def of_steps() -> Iterator[Job]:
@@ -91,7 +91,7 @@ def of_steps() -> Iterator[Job]:
 
 def of_other_scenes() -> Iterator[Job]:
     """The rest of the databases: ours beside the best peer."""
-    traces = (sides.DEFAULT, sides.SAH, f"{sides.MEDIUM}@1", f"{sides.MEDIUM}@16c")
+    traces = (sides.DEFAULT, sides.SAH, *(f"{sides.MEDIUM}@{call}" for call in ("1", "16", "16c")))
     for scene in OTHERS:
         yield Job("others", scene, 2, "build", (sides.DEFAULT, sides.SAH, sides.LOW, sides.MEDIUM), rounds=3)
         yield Job("others", scene, 2, "trace", traces, KINDS[:4], 2, 3)

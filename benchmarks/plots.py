@@ -18,7 +18,6 @@ mpl.rcParams["svg.hashsalt"] = "bihtree"
 mpl.rcParams["svg.fonttype"] = "none"
 
 COLOURS = {sides.DEFAULT: "C0", sides.SAH: "C2", sides.COMPACT: "C4", sides.LOW: "C1", sides.MEDIUM: "C3"}
-LINES = {"1": "--", "16c": "-"}
 
 Value = Callable[[str, str], float | None]
 
@@ -34,39 +33,37 @@ def draw(results: Results, folder: Path) -> dict[str, str]:
         return None if seconds is None or not count else 1e9 * seconds / count
 
     def rate(kind: str) -> Value:
-        def of(scene: str, call: str) -> float | None:
-            found = results.rate(scene, kind, call)
+        def of(scene: str, side: str) -> float | None:
+            found = results.best_rate(scene, kind, side)
             return None if found is None else found / 1e6
 
         return of
 
-    traces = (sides.DEFAULT, sides.SAH, f"{sides.MEDIUM}@1", f"{sides.MEDIUM}@16c")
+    traces = (sides.DEFAULT, sides.SAH, sides.MEDIUM)
     builds = (sides.DEFAULT, sides.SAH, sides.COMPACT, sides.LOW, sides.MEDIUM)
     plots: list[tuple[str, str, Value, tuple[str, ...], bool]] = [
         ("bench-build.svg", "build, nanoseconds a triangle", build_time, builds, True),
         ("bench-bytes.svg", "bytes a triangle beyond the mesh", results.bytes_a_triangle, builds, False),
-        ("bench-primary.svg", "primary rays, millions a second", rate("primary"), traces, True),
-        ("bench-bounce.svg", "bounce rays, millions a second", rate("bounce"), traces, True),
+        ("bench-primary.svg", "primary rays, millions a second, each side its best", rate("primary"), traces, True),
+        ("bench-bounce.svg", "bounce rays, millions a second, each side its best", rate("bounce"), traces, True),
     ]
-    for name, what, value, calls, is_logarithmic in plots:
-        _draw(results, folder / name, what, value, calls, is_logarithmic)
+    for name, what, value, chosen, is_logarithmic in plots:
+        _draw(results, folder / name, what, value, chosen, is_logarithmic)
     return {name: what for name, what, *_ in plots}
 
 
-def _draw(results: Results, path: Path, what: str, value: Value, calls: tuple[str, ...], is_logarithmic: bool) -> None:
+def _draw(results: Results, path: Path, what: str, value: Value, chosen: tuple[str, ...], is_logarithmic: bool) -> None:
     figure, axes = plt.subplots(1, len(GROWING), figsize=(4 * len(GROWING), 3.4), sharey=True, layout="constrained")
     for scene, axis in zip(GROWING, axes, strict=True):
-        for call in calls:
-            points = [(results.triangles(f"{scene}@{size}"), value(f"{scene}@{size}", call)) for size in SIZES]
+        for side in chosen:
+            points = [(results.triangles(f"{scene}@{size}"), value(f"{scene}@{size}", side)) for size in SIZES]
             known = [(count, height) for count, height in points if count and height]
-            style = LINES.get(call.partition("@")[2], "-")
             axis.plot(
                 [count for count, _ in known],
                 [height for _, height in known],
-                style,
                 marker=".",
-                color=COLOURS[sides.side_of(call)],
-                label=call,
+                color=COLOURS[side],
+                label=side,
             )
         axis.set_xscale("log")
         if is_logarithmic:

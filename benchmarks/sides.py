@@ -23,15 +23,27 @@ BUILDS = (DEFAULT, LOCAL, SAH, COMPACT, CLASSIC, LOW, MEDIUM, HIGH, ROBUST, SMAL
 
 ALL_CALLS = ("1", "8", "16", "8c", "16c")
 
-TRACES = (
-    *(DEFAULT, f"{DEFAULT}@1", LOCAL, SAH, f"{SAH}@1", COMPACT, WATERTIGHT),
-    *(f"{MEDIUM}@{call}" for call in ALL_CALLS),
-    *(f"{side}@{call}" for side in (LOW, HIGH, ROBUST, SMALL) for call in ("1", "16c")),
-    *("obvhs/bvh2/fastest", "obvhs/cwbvh/medium"),
-)
-"""What is traced, on two threads; on one:"""
+PACKED = (LOW, HIGH, ROBUST, SMALL)
+"""Embree's other ways to build, each traced in the two ways that suit the rays best."""
 
-TRACES_ALONE = (DEFAULT, f"{SAH}@1", SAH, f"{MEDIUM}@1", f"{MEDIUM}@16", f"{MEDIUM}@16c")
+
+def traces(kind: str) -> tuple[str, ...]:
+    """What is traced on two threads. Packets are told to be coherent where they are; elsewhere that slows them down."""
+    is_coherent = kind in {"primary", "shadow"}
+    packet = "16c" if is_coherent else "16"
+    return (
+        *(DEFAULT, f"{DEFAULT}@1", LOCAL, SAH, f"{SAH}@1", COMPACT, WATERTIGHT),
+        *(f"{MEDIUM}@{call}" for call in (("1", "16", "8c", "16c") if is_coherent else ("1", "8", "16"))),
+        *(f"{side}@{call}" for side in PACKED for call in ("1", packet)),
+        *("obvhs/bvh2/fastest", "obvhs/cwbvh/medium"),
+    )
+
+
+def traces_alone(kind: str) -> tuple[str, ...]:
+    """And on one thread."""
+    packet = "16c" if kind in {"primary", "shadow"} else "16"
+    return (DEFAULT, f"{DEFAULT}@1", SAH, f"{SAH}@1", f"{MEDIUM}@1", f"{MEDIUM}@{packet}")
+
 
 IMAGES = (LOW, MEDIUM, HIGH, DEFAULT, SAH)
 """Who takes pictures; the first one's is what the others are compared with."""

@@ -19,6 +19,11 @@ def number(value: float | None, digits: int = 3) -> str:
     return f"{value:.2g}" if "e" in text else text.rstrip(".")
 
 
+def with_unit(value: float | None, unit: str) -> str:
+    """A number and its unit; a dash alone for what was not measured."""
+    return number(value) if value is None or not unit else f"{number(value)} {unit}"
+
+
 def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """The first column to the left, the others to the right."""
     lines = [heads, ["---", *["---:"] * (len(heads) - 1)], *rows]
@@ -36,8 +41,8 @@ def bar_table(rows: Iterable[Row]) -> str:
         [
             row.bar,
             row.scene,
-            f"{number(row.ours)} {row.unit}".strip(),
-            f"{number(row.peer)} {row.unit}".strip(),
+            with_unit(row.ours, row.unit),
+            with_unit(row.peer, row.unit),
             number(row.ratio),
             f"{row.bound} {row.limit:g}",
             verdict(row),

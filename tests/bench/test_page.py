@@ -33,7 +33,8 @@ def made_up(job: Job, ours: float = 2.0) -> Result:
         }
         for side in sides.BUILDS
     }
-    calls = {call: {"rays": 1e6, "rays_a_second": 1e6 / seconds(call), "missed": 1} for call in sides.TRACES}
+    named = {call for kind in KINDS for call in (*sides.traces(kind), *sides.traces_alone(kind))}
+    calls = {call: {"rays": 1e6, "rays_a_second": 1e6 / seconds(call), "missed": 1} for call in named}
     costs = {f"{side}@cost": {"nodes_a_ray": 10.0, "triangles_a_ray": 5.0} for side in sides.COSTS}
     return {
         "triangles": TRIANGLES,

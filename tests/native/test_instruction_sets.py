@@ -17,14 +17,14 @@ import bihtree
 from tests import meshes
 from tests.native.test_render import CAMERAS, PASSES
 from tests.rays import around, at_features, joined
-from tests.variants import VARIANTS
+from tests.variants import FAST_VARIANTS, VARIANTS
 
 digest = hashlib.sha256()
 for dtype in (np.float32, np.float64):
     mesh = meshes.terrain(40).astype(dtype)
     rng = np.random.default_rng(1)
     rays = joined(around(mesh, 500, rng, dtype), at_features(mesh, 500, rng, dtype))
-    for variant in VARIANTS:
+    for variant in VARIANTS + FAST_VARIANTS:
         tree = variant.tree(*mesh)
         hits = tree.intersect(*rays)
         for part in (hits.t, hits.triangle, hits.u, hits.v, tree.occluded(*rays), *tree.traversal_cost(*rays)):

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from tests import meshes
-from tests.variants import VARIANTS, every_tree
+from tests.variants import GLOBAL, VARIANTS, every_tree
 
 FIELDS = {
     "parent": "<i4", "depth": "<i4", "kind": "u1", "axis": "i1", "clip": "<f4", "lower": "<f4", "upper": "<f4",
@@ -173,7 +173,7 @@ def construct(low, high, leaf_size):
     return nodes
 
 
-@every_tree
+@pytest.mark.parametrize("variant", GLOBAL, ids=str)
 @pytest.mark.parametrize("name", ["terrain", "sphere", "soup", "gears", "spiral"])
 def test_the_tree_is_the_one_of_the_slides(variant, name):
     """Same axes and same sets of triangles below each node as a construction that knows nothing of arrays in place."""

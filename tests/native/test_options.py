@@ -24,10 +24,8 @@ BOX = meshes.box()
         ("layout", "compact"),
         ("build", "later"),
         ("build", "on_demand"),
-        ("heuristic", "sah"),
-        ("heuristic", "local"),
+        ("heuristic", "SAH"),
         ("heuristic", "none"),
-        ("precision", "fast"),
         ("precision", "exact"),
         ("precision", "double"),
         ("leaf_size", 0),
@@ -50,9 +48,12 @@ def test_a_value_of_the_wrong_type(name, value):
         bihtree.Tree(*BOX, **{name: value})
 
 
-def test_no_bucket_sort_yet():
-    with pytest.raises(ValueError, match="presort"):
-        bihtree.Tree(*BOX, presort=True)
+@pytest.mark.parametrize("heuristic", ["local", "sah"])
+def test_the_bucket_sort_is_of_the_global_heuristic(heuristic):
+    with pytest.raises(ValueError, match=r"presort.*heuristic"):
+        bihtree.Tree(*BOX, presort=True, heuristic=heuristic)
+    for presort in (None, False):
+        assert not bihtree.Tree(*BOX, presort=presort, heuristic=heuristic).stats.presorted
 
 
 def test_an_unknown_option():

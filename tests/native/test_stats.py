@@ -29,9 +29,10 @@ def test_bytes_are_those_of_the_records_and_four_a_reference_within_the_bound(va
     else:
         records = stats.nodes - stats.leaves
         corners = 4 * (9 * count + 8) if dtype == np.float32 else 0
-        assert stats.tree_bytes == 224 * records + corners + 4 * count
-        assert stats.bound_bytes <= 224 * (4 * (count + 1) // 7 + 1) + corners + 4 * count
-        assert 2 * records - 1 <= stats.leaves or stats.leaves == 1
+        assert stats.tree_bytes == 256 * records + corners + 4 * count
+        pieces = min(count, 1 + 125 * (count // 4096))
+        assert stats.bound_bytes == 256 * (1 + 3 * (count + pieces) // 5) + corners + 4 * count
+        assert 5 * records <= 3 * stats.leaves - 1 or stats.leaves == 1
     assert stats.tree_bytes <= stats.bound_bytes
     assert stats.peak_build_bytes >= stats.tree_bytes
     assert stats.mesh_bytes == mesh.vertices.nbytes + mesh.triangles.nbytes
@@ -56,9 +57,33 @@ def test_names_and_counts(variant):
     mesh = MESHES["terrain"]
     stats = variant.tree(*mesh).stats
     names = (stats.structure, stats.layout, stats.build, stats.heuristic, stats.precision)
-    assert names == ("bih", variant.options.get("layout", "classic"), "eager", "global", "watertight")
-    assert (stats.triangles, stats.rejected, stats.unbuilt, stats.presorted) == (len(mesh.triangles), 0, 0, False)
+    layout, heuristic = variant.options.get("layout", "classic"), variant.options.get("heuristic", "global")
+    assert names == ("bih", layout, "eager", heuristic, "watertight")
+    assert (stats.triangles, stats.rejected, stats.unbuilt) == (len(mesh.triangles), 0, 0)
+    assert stats.presorted == variant.options.get("presort", False)
+    assert ("presort" in stats.left_out) != stats.presorted
     assert all(isinstance(part, str) and isinstance(reason, str) for part, reason in stats.left_out.items())
+
+
+def test_the_bucket_sort_is_left_out_of_small_meshes_and_says_so():
+    from bihtree import Tree
+
+    small, large = (Tree(*mesh).stats for mesh in (meshes.terrain(64), meshes.terrain(65)))
+    assert (small.triangles, small.presorted) == (8192, False)
+    assert small.left_out["presort"] == "8192 triangles or fewer"
+    assert (large.triangles, large.presorted) == (8450, True) and "presort" not in large.left_out
+
+
+def test_halvings_that_have_all_triangles_on_one_side_are_counted():
+    from bihtree import Tree
+
+    shape = np.array([[0, 0, 0], [0.02, 0, 0.01], [0, 0.02, 0.01]])
+    places = np.array([[0, 0, 0], [0.3, 0, 0], [7.98, 0.98, 0.98]])  # centres 0.01 and 0.31 and beside x = 8
+    # x = 4 parts the last one off; x = 2, 1, 0.5 and y, z = 0.5 have all on one side; x = 0.25 parts the others.
+    stats = Tree(*meshes.from_corners(shape + places[:, None]), leaf_size=1).stats
+    assert stats.left_out["nodes of empty halves"].startswith("5 ")
+    apart = Tree(*meshes.from_corners(shape + places[::2, None]), leaf_size=1).stats
+    assert "nodes of empty halves" not in apart.left_out
 
 
 @every_tree

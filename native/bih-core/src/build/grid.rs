@@ -3,6 +3,8 @@
 //! Wächter and Keller 2006, section 3.2; the slides' "divide longest side in the middle". All cells of a level have one
 //! shape, so which axis a level halves is one sequence for all of them, and a cell is a code of one bit a level.
 
+use super::source::least;
+
 /// Bits of a code along one axis at most.
 const AXIS_BITS: usize = 31;
 
@@ -27,7 +29,10 @@ impl Axes {
 #[derive(Debug)]
 pub struct Grid {
     lower: [f64; 3],
+    /// Cells a unit of length, a little more than there are.
     scale: [f64; 3],
+    /// Length of a cell.
+    step: [f64; 3],
     largest: [f64; 3],
     pub axes: Axes,
     /// Where the bits of a code along an axis stand in the key, byte by byte.
@@ -67,11 +72,11 @@ impl Grid {
         let cells = counts.map(|count| (1u64 << count) as f64);
         Self {
             lower,
-            // A centre on a plane counts as above it: the quotient and the product are off by three roundings of 2^-53
-            // at most, and a little more than that is added.
+            // The quotient and the product are off by three roundings of 2^-53 at most, and more than that is added.
             scale: std::array::from_fn(|axis| {
                 if counts[axis] == 0 { 0.0 } else { cells[axis] / sides[axis] * (1.0 + 4.0 * f64::EPSILON) }
             }),
+            step: std::array::from_fn(|axis| sides[axis] / cells[axis]),
             largest: cells.map(|cells| cells - 1.0),
             axes,
             tables,
@@ -85,8 +90,10 @@ impl Grid {
     pub fn code(&self, centre: [f64; 3]) -> u64 {
         let codes: [u32; 3] = std::array::from_fn(|axis| {
             let cell = (centre[axis] - self.lower[axis]) * self.scale[axis];
-            let cell = if cell < self.largest[axis] { cell } else { self.largest[axis] };
-            cell as i32 as u32
+            let cell = least(cell, self.largest[axis]) as i32;
+            // Rounded up, if at all; a centre on a plane is above it. Whatever the roundings, it still grows with the centre.
+            let plane = self.lower[axis] + f64::from(cell) * self.step[axis];
+            (cell - i32::from(centre[axis] < plane)).max(0) as u32
         });
         let mut key = 0;
         for (tables, code) in self.tables.iter().zip(codes) {

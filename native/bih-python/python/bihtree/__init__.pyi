@@ -52,7 +52,7 @@ class Hits:
     @property
     def t(self) -> NDArray[np.floating]:
         """(N,) distance along the ray; inf where nothing was hit. Within one unit in the last place of the true value
-        in float32, within 2^-40 of it, relatively, in float64."""
+        in float32, within 2^-40 of it, relatively, in float64; no such promise where precision is "fast"."""
 
     @property
     def triangle(self) -> NDArray[np.int32]:
@@ -91,7 +91,9 @@ class Stats:
     @property
     def build(self) -> str: ...
     @property
-    def heuristic(self) -> str: ...
+    def heuristic(self) -> str:
+        """Where nodes were split: "global", "local" or "sah"."""
+
     @property
     def precision(self) -> str: ...
     @property
@@ -114,7 +116,7 @@ class Stats:
 
     @property
     def tree_bytes(self) -> int:
-        """The acceleration data: 12 bytes a node (224 a wide record, and 36 a triangle), 4 bytes a row of the mesh."""
+        """The acceleration data: 12 bytes a node (256 a wide record, and 36 a triangle), 4 bytes a row of the mesh."""
 
     @property
     def bound_bytes(self) -> int:
@@ -131,7 +133,9 @@ class Stats:
     @property
     def build_seconds(self) -> float: ...
     @property
-    def presorted(self) -> bool: ...
+    def presorted(self) -> bool:
+        """Whether the bucket sort came first."""
+
     @property
     def left_out(self) -> dict[str, str]:
         """Part -> why this mesh did not need it, and what that saved."""
@@ -156,9 +160,9 @@ class Tree:
         structure: Literal["bih"] = "bih",
         layout: Literal["wide", "classic"] = "classic",
         build: Literal["eager"] = "eager",
-        heuristic: Literal["global"] = "global",
-        presort: Literal[False] | None = None,
-        precision: Literal["watertight"] = "watertight",
+        heuristic: Literal["global", "local", "sah"] = "global",
+        presort: bool | None = None,
+        precision: Literal["watertight", "fast"] = "watertight",
         leaf_size: int | None = None,
         threads: int = 0,
         copy: bool = True,
@@ -171,11 +175,15 @@ class Tree:
         triangles: (T, 3) integer rows of vertices; None: each three vertices are one triangle.
         layout: "classic" are the paper's 12-byte nodes, smallest; "wide" are records of eight boxes for vector units,
             which trace two to five times as fast in about four times the memory (docs/decisions/wide-records.md).
-        structure, build, heuristic, precision: what this version has; "global" halves the longest side of the cell,
-            "watertight" decides every hit exactly.
-        presort: the bucket sort; this version has none.
+        heuristic: where a node is split: "global" in the middle of the longest side of a cell that is halved from the
+            scene's bounds, as in the paper; "local" in the middle of the longest side of its centres' bounds; "sah" where
+            the surface area heuristic expects the least cost (docs/decisions/heuristics.md).
+        presort: the bucket sort before the global heuristic, which changes no bit of the tree; None: where it pays.
+        precision: "watertight" decides every hit exactly; "fast" is single precision throughout, for previews: rays may
+            slip through edges, and docs/accuracy.md says what else may happen.
+        structure, build: what this version has.
         leaf_size: most triangles of a leaf; None: 4, or 8 of wide records, which hold no more.
-        threads: of the queries; 0: all cores this process may use.
+        threads: of construction and queries; 0: all cores this process may use.
         copy: False: borrow the arrays, which become read-only; one that has to be converted is copied all the same.
         progress: called on this thread with the share done, from 0 to 1; returning False cancels.
 
