@@ -10,6 +10,7 @@ mod instruction_set;
 mod lanes;
 #[cfg(all(target_arch = "aarch64", target_endian = "little"))]
 mod neon;
+mod prefetch;
 #[cfg(target_arch = "x86_64")]
 mod register_256;
 
@@ -17,3 +18,4 @@ pub use dispatch::{Kernel, dispatch, dispatch_to};
 pub use float_environment::FloatEnvironment;
 pub use instruction_set::{InstructionSet, NotThere, check_instruction_set, instruction_sets};
 pub use lanes::{Lanes, Mask, Scalar};
+pub use prefetch::prefetch;

@@ -6,14 +6,16 @@
 
 mod fast;
 mod rays;
+mod shaft;
 mod slabs;
+mod triangles;
 mod walk;
 mod watertight;
 
 use rays::{Column, Group, Packet, Rows, rows};
 use slabs::Slabs;
 pub(super) use walk::Entry;
-use walk::{Leaf, walk};
+use walk::walk;
 
 use super::{Hit, Stack, Uncounted};
 use crate::build::Precision;
@@ -51,7 +53,7 @@ pub fn closest<L: Lanes>(tree: &Tree, triangles: &Triangles, rays: &[Ray], stack
             let mut query = fast::Closest::new(&rows, &groups, &tree.order);
             let (slabs, limits) = fast_slabs(&groups);
             for (octant, active) in octants(&slabs, active) {
-                if let Some(mut packet) = Packet::new(&slabs, &limits, active, octant, &wide.records[0]) {
+                if let Some(mut packet) = Packet::new(&slabs, &limits, active, octant, tree, &wide.records[0]) {
                     walk(wide, &mut packet, &mut stack.packet, &mut query);
                     query.keep(&packet.limits, active);
                 }
@@ -62,7 +64,7 @@ pub fn closest<L: Lanes>(tree: &Tree, triangles: &Triangles, rays: &[Ray], stack
             let mut query = watertight::Closest::new(rays, &groups, tree);
             let (slabs, limits) = watertight_slabs(&groups);
             for (octant, active) in octants(&slabs, active) {
-                if let Some(mut packet) = Packet::new(&slabs, &limits, active, octant, &wide.records[0]) {
+                if let Some(mut packet) = Packet::new(&slabs, &limits, active, octant, tree, &wide.records[0]) {
                     walk(wide, &mut packet, &mut stack.packet, &mut query);
                 }
             }
@@ -90,7 +92,7 @@ pub fn occluded<L: Lanes>(tree: &Tree, triangles: &Triangles, rays: &[Ray], stac
             let mut query = fast::Occluded::new(&rows, &groups);
             let (slabs, limits) = fast_slabs(&groups);
             for (octant, active) in octants(&slabs, active) {
-                if let Some(mut packet) = Packet::new(&slabs, &limits, active, octant, &wide.records[0]) {
+                if let Some(mut packet) = Packet::new(&slabs, &limits, active, octant, tree, &wide.records[0]) {
                     walk(wide, &mut packet, &mut stack.packet, &mut query);
                 }
             }
@@ -100,7 +102,7 @@ pub fn occluded<L: Lanes>(tree: &Tree, triangles: &Triangles, rays: &[Ray], stac
             let mut query = watertight::Occluded::new(rays, &groups, tree);
             let (slabs, limits) = watertight_slabs(&groups);
             for (octant, active) in octants(&slabs, active) {
-                if let Some(mut packet) = Packet::new(&slabs, &limits, active, octant, &wide.records[0]) {
+                if let Some(mut packet) = Packet::new(&slabs, &limits, active, octant, tree, &wide.records[0]) {
                     walk(wide, &mut packet, &mut stack.packet, &mut query);
                 }
             }
@@ -191,20 +193,6 @@ fn octants<L: Lanes>(rays: &[Slabs<L>; GROUPS], active: u64) -> impl Iterator<It
         let there = active & along(0) & along(1) & along(2);
         (there != 0).then_some((octant, there))
     })
-}
-
-/// Three rows a corner of the triangles of a leaf.
-#[inline(always)]
-fn load_rows<L: Lanes>(leaf: &Leaf) -> [[L; 3]; 3] {
-    let row = |row: usize| match leaf.rows[row * leaf.count..].first_chunk() {
-        Some(values) => *values,
-        None => [f32::NAN; WIDTH],
-    };
-    [
-        [L::load(&row(0)), L::load(&row(1)), L::load(&row(2))],
-        [L::load(&row(3)), L::load(&row(4)), L::load(&row(5))],
-        [L::load(&row(6)), L::load(&row(7)), L::load(&row(8))],
-    ]
 }
 
 /// The places of the bits that are set.

@@ -1,16 +1,17 @@
 //! The rays of a packet in single precision, in groups of eight lanes.
 
+use super::shaft::Shaft;
 use super::slabs::{Sides, Slabs, is_negative};
 use super::{GROUPS, PACKET};
 use crate::geometry::{Bounds, Ray};
 use crate::simd::{Lanes, Mask};
-use crate::tree::{Record, WIDTH};
+use crate::tree::{Record, Tree, WIDTH};
 
 /// One number of each ray, group by group.
 pub(super) type Column = [[f32; WIDTH]; GROUPS];
 
-/// Coordinates of rays and boxes below this in sum: no distance between them is above 10^18.
-const RANGE: f32 = 5e17;
+/// Coordinates of rays and boxes below this in sum: products of two distances and a direction do not overflow.
+const RANGE: f32 = 1e15;
 /// The largest component of a direction lies within these.
 const DIRECTIONS: [f32; 2] = [1e-6, 1e6];
 
@@ -83,6 +84,7 @@ pub(super) struct Packet<'a, L> {
     /// All lanes are the same.
     pub whole: Slabs<L>,
     pub limit: f32,
+    pub shaft: Shaft<L>,
 }
 
 impl<'a, L: Lanes> Packet<'a, L> {
@@ -93,6 +95,7 @@ impl<'a, L: Lanes> Packet<'a, L> {
         limits: &Column,
         active: u64,
         octant: usize,
+        tree: &Tree,
         record: &Record,
     ) -> Option<Self> {
         let mut masked = [[0.0; WIDTH]; GROUPS];
@@ -114,7 +117,8 @@ impl<'a, L: Lanes> Packet<'a, L> {
         }
         let group_limits = largest_each(of_groups).store();
         let groups = enclosed_each(rays, active, octant);
-        Some(Self { octant, rays, limits: masked, groups, group_limits, whole, limit })
+        let shaft = Shaft::new(&whole, tree.bounds());
+        Some(Self { octant, rays, limits: masked, groups, group_limits, whole, limit, shaft })
     }
 
     /// Of the groups, the first of which a ray meets the box, and all behind it.

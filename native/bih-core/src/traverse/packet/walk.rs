@@ -2,8 +2,9 @@
 
 use super::rays::Packet;
 use super::slabs::Sides;
+use super::triangles::{LeafTriangles, Stored};
 use super::{GROUPS, bits};
-use crate::simd::{Lanes, Mask};
+use crate::simd::{Lanes, Mask, prefetch};
 use crate::tree::{MAX_DEPTH, Target, WIDTH, Wide};
 
 /// Children of a record that survive the whole packet's test are tested against its groups if there are as many.
@@ -33,19 +34,22 @@ pub(super) struct Leaf<'a> {
     pub count: usize,
 }
 
+/// Those triangles of a leaf that a ray of the packet may meet.
+pub(super) struct Triangles {
+    /// One bit each.
+    pub lanes: u8,
+    pub stored: Stored,
+}
+
 /// What is asked of the rays of a packet at leaves.
 pub(super) trait Query<L: Lanes> {
-    /// The triangles of a leaf, made ready for many groups.
-    type Triangles;
-
-    fn prepare(&self, leaf: &Leaf) -> Self::Triangles;
-
-    /// Test some rays of a group, which enter the leaf's box at `near`. Answers whether any of them matters less far.
+    /// Test some rays of a group, which enter the leaf's box at `near`, against some triangles. Answers whether any of
+    /// the rays matters less far.
     fn test(
         &mut self,
         packet: &mut Packet<'_, L>,
         leaf: &Leaf,
-        triangles: &Self::Triangles,
+        triangles: &Triangles,
         group: usize,
         rays: u8,
         near: L,
@@ -118,24 +122,42 @@ fn descend<L: Lanes>(
         } else {
             let sides = Sides::one(record, packet.octant, lane as usize & 7);
             let (near, far) = packet.groups.clip(&sides, L::load(&packet.group_limits));
-            packet.confirmed(&sides, near.at_most(far).bits() & live)
+            let groups = near.at_most(far).bits() & live;
+            if record.words()[lane as usize & 7] >> 31 != 0 { groups } else { packet.confirmed(&sides, groups) }
         };
         crate::count!(3, (groups != 0));
         crate::count!(4, (groups as u8).count_ones());
         stack[top] = Entry { near, place: (index * WIDTH) as u32 | lane, groups };
         top += usize::from(groups != 0);
+        fetch(wide, record.child(lane as usize & 7).target());
     }
     top
+}
+
+/// Have the processor bring what a child is read from.
+#[inline(always)]
+fn fetch(wide: &Wide, target: Target) {
+    match target {
+        Target::Record(index) => prefetch::<4, _>(&wide.records, index),
+        Target::Leaf { first, .. } => prefetch::<5, _>(&wide.rows, 9 * first),
+    }
 }
 
 /// Show the query a leaf, and those rays of some groups that meet its box.
 #[inline(always)]
 fn visit<L: Lanes, Q: Query<L>>(packet: &mut Packet<'_, L>, leaf: &Leaf, sides: &Sides<L>, live: u8, query: &mut Q) {
+    crate::count!(5, 1);
+    let triangles = LeafTriangles::<L>::new(leaf);
+    let lanes = packet.shaft.meets(&triangles) & ((1u16 << leaf.count) - 1) as u8;
+    if lanes == 0 {
+        return;
+    }
+    crate::count!(14, 1);
+    crate::count!(15, lanes.count_ones());
+    crate::count!(6, live.count_ones());
     let mut nears = [packet.groups.t_min; GROUPS];
     let mut rays = [0; GROUPS];
     let mut any = 0;
-    crate::count!(5, 1);
-    crate::count!(6, live.count_ones());
     for group in bits(live) {
         let (near, far) = packet.rays[group].clip(sides, L::load(&packet.limits[group]));
         nears[group] = near;
@@ -146,7 +168,7 @@ fn visit<L: Lanes, Q: Query<L>>(packet: &mut Packet<'_, L>, leaf: &Leaf, sides: 
         return;
     }
     crate::count!(7, 1);
-    let triangles = query.prepare(leaf);
+    let triangles = Triangles { lanes, stored: triangles.stored() };
     let mut is_shorter = false;
     for group in bits(live) {
         if rays[group] != 0 {
