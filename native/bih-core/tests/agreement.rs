@@ -1,13 +1,17 @@
 //! The tree against the naive intersector, on meshes and rays made to be awkward.
 
-use bih_core::build::Layout;
+use bih_core::build::{Layout, Precision};
+use bih_core::intersect::{SingleHit, SingleRay};
 use bih_core::simd::{Kernel, Lanes, Scalar, dispatch_to, instruction_sets};
-use bih_core::traverse::{Counts, Stack, Uncounted, closest, naive_closest, naive_occluded, occluded};
+use bih_core::traverse::{
+    Counts, Hit, Rays, Stack, Uncounted, closest, closest_in_flight, naive_closest, naive_occluded, occluded,
+    occluded_in_flight,
+};
 use bih_core::{BuildOptions, Control, Ray, Tree, Triangles, Vertices, build, tree};
 use proptest::prelude::*;
 
-fn build_tree(triangles: &Triangles, layout: Layout, leaf_size: usize) -> Tree {
-    let options = BuildOptions { layout, leaf_size: Some(leaf_size), ..Default::default() };
+fn build_tree(triangles: &Triangles, layout: Layout, precision: Precision, leaf_size: usize) -> Tree {
+    let options = BuildOptions { layout, precision, leaf_size: Some(leaf_size), ..Default::default() };
     let tree = build(triangles, &options, &Control::default()).unwrap();
     tree::validate(&tree, triangles).unwrap();
     assert!(tree.stats().tree_bytes <= tree.stats().bound_bytes, "{:?}", tree.stats());
@@ -18,6 +22,8 @@ struct Agreement<'a> {
     tree: &'a Tree,
     triangles: &'a Triangles<'a>,
     rays: &'a [Ray],
+    /// What the naive intersector finds for each valid ray.
+    truths: &'a [Option<Hit>],
 }
 
 impl Kernel for Agreement<'_> {
@@ -25,23 +31,80 @@ impl Kernel for Agreement<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let Self { tree, triangles, rays } = self;
+        let Self { tree, triangles, rays, truths } = self;
         let mut stack = Stack::default();
-        for ray in rays.iter().filter(|ray| ray.is_valid()) {
+        let mut hits = InFlight::new(rays);
+        closest_in_flight::<L, _>(tree, triangles, &mut hits);
+        let mut hidden = InFlight::new(rays);
+        occluded_in_flight::<L, _>(tree, triangles, &mut hidden);
+        for (number, ray) in rays.iter().enumerate().filter(|(_, ray)| ray.is_valid()) {
             let found = closest::<L, _>(tree, triangles, ray, &mut stack, &mut Uncounted);
-            assert_eq!(found, naive_closest(tree, triangles, ray), "{ray:?}");
-            let hidden = occluded::<L, _>(tree, triangles, ray, &mut stack, &mut Uncounted);
-            assert_eq!(hidden, naive_occluded(tree, triangles, ray), "{ray:?}");
-            assert_eq!(hidden, found.is_some(), "{ray:?}");
+            assert_eq!(hits.answers[number], Some(found), "{ray:?}");
+            let is_hidden = occluded::<L, _>(tree, triangles, ray, &mut stack, &mut Uncounted);
+            assert_eq!(hidden.answers[number], Some(is_hidden), "{ray:?}");
+            assert_eq!(is_hidden, found.is_some(), "{ray:?}");
+            let truth = truths[number];
+            match tree.precision() {
+                Precision::Watertight => assert_eq!(found, truth, "{ray:?}"),
+                Precision::Fast => assert_possible(triangles, ray, found, truth),
+            }
         }
+    }
+}
+
+/// In single precision a computed t may lie before the box, which is rounded outward from the truth: then it is moved
+/// there, or the triangle is not found. What is found is there, and no nearer than the nearest.
+fn assert_possible(triangles: &Triangles, ray: &Ray, found: Option<Hit>, truth: Option<Hit>) {
+    let Some(found) = found else { return };
+    let corners = triangles.corners(found.triangle).map(|corner| corner.map(|x| x as f32));
+    let SingleHit { t, u, v } = SingleRay::new(ray).meet(&corners).expect("a triangle that is hit");
+    assert!(found.t >= f64::from(t) && [found.u, found.v] == [u, v].map(f64::from), "{ray:?} {found:?} {t}");
+    let truth = truth.expect("a nearest one where there is one");
+    assert!((truth.t, truth.triangle) <= (found.t, found.triangle), "{ray:?}");
+}
+
+/// Rays in flight and what came back.
+struct InFlight<'a, A> {
+    rays: &'a [Ray],
+    next: usize,
+    answers: Vec<Option<A>>,
+}
+
+impl<'a, A: Clone> InFlight<'a, A> {
+    fn new(rays: &'a [Ray]) -> Self {
+        Self { rays, next: 0, answers: vec![None; rays.len()] }
+    }
+}
+
+impl<A> Rays<A> for InFlight<'_, A> {
+    fn next(&mut self) -> Option<(usize, Ray)> {
+        while let Some(ray) = self.rays.get(self.next) {
+            self.next += 1;
+            if ray.is_valid() {
+                return Some((self.next - 1, *ray));
+            }
+        }
+        None
+    }
+
+    fn answer(&mut self, number: usize, answer: A) {
+        assert!(self.answers[number].replace(answer).is_none(), "answered twice");
     }
 }
 
 fn agree(triangles: &Triangles, leaf_size: usize, rays: &[Ray]) {
     for layout in [Layout::Classic, Layout::Wide] {
-        let tree = build_tree(triangles, layout, leaf_size);
-        for set in instruction_sets() {
-            dispatch_to(*set, Agreement { tree: &tree, triangles, rays });
+        for precision in [Precision::Watertight, Precision::Fast] {
+            let tree = build_tree(triangles, layout, precision, leaf_size);
+            let truth = |ray: &Ray| {
+                let truth = naive_closest(&tree, triangles, ray);
+                assert_eq!(naive_occluded(&tree, triangles, ray), truth.is_some(), "{ray:?}");
+                truth
+            };
+            let truths: Vec<_> = rays.iter().map(|ray| if ray.is_valid() { truth(ray) } else { None }).collect();
+            for set in instruction_sets() {
+                dispatch_to(*set, Agreement { tree: &tree, triangles, rays, truths: &truths });
+            }
         }
     }
 }
@@ -119,7 +182,7 @@ fn a_tree_as_deep_as_halving_allows_needs_no_more_stack_than_it_has() {
         soup.extend([[1e-45, 0.0, 0.0], [0.0, 1e-45, 0.0], [0.0, 0.0, 1e-45]]);
     }
     let triangles = Triangles::new(Vertices::F32(&soup), None).unwrap();
-    let tree = build_tree(&triangles, Layout::Classic, 1);
+    let tree = build_tree(&triangles, Layout::Classic, Precision::Watertight, 1);
     assert!(tree.stats().depth > 90, "{}", tree.stats().depth);
     assert!(tree.stats().depth <= tree::MAX_DEPTH as usize);
     let origins = [[1.0, 1.0, 1.0], [1e-40, 1e-40, 1e-40], [-1.0, -1.0, -1.0]];
@@ -132,9 +195,9 @@ fn a_million_triangles_with_one_centre_make_a_shallow_tree() {
     let soup: Vec<[f32; 3]> =
         (0..1_000_000).flat_map(|_| [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]).collect();
     let triangles = Triangles::new(Vertices::F32(&soup), None).unwrap();
-    let tree = build_tree(&triangles, Layout::Classic, 4);
+    let tree = build_tree(&triangles, Layout::Classic, Precision::Watertight, 4);
     assert!(tree.stats().depth <= 20, "{}", tree.stats().depth);
-    assert!(build_tree(&triangles, Layout::Wide, 8).stats().depth <= 10);
+    assert!(build_tree(&triangles, Layout::Wide, Precision::Watertight, 8).stats().depth <= 10);
     let mut counts = Counts::default();
     let ray = Ray::new([0.25, 0.25, 1.0], [0.0, 0.0, -1.0]);
     let hit = closest::<Scalar, _>(&tree, &triangles, &ray, &mut Stack::default(), &mut counts).unwrap();
@@ -151,7 +214,7 @@ fn triangles_that_cannot_be_hit_are_rejected_and_the_rest_works() {
         [[0.0, 0.0, f32::INFINITY], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
     ];
     let triangles = Triangles::new(Vertices::F32(soup.as_flattened()), None).unwrap();
-    let tree = build_tree(&triangles, Layout::Classic, 1);
+    let tree = build_tree(&triangles, Layout::Classic, Precision::Watertight, 1);
     assert_eq!(tree.stats().rejected, 3);
     assert_eq!(tree.order(), [1, 0, 2, 3]);
     assert_eq!(tree.bounds().upper, [1.0, 1.0, 0.0]);
@@ -182,4 +245,36 @@ fn aimed_at_edges() {
         }
     }
     agree(&Triangles::new(Vertices::F32(&soup), None).unwrap(), 4, &rays);
+}
+
+/// Where nothing is degenerate, single precision leaves out nothing that it would find.
+#[test]
+fn fast_finds_what_all_triangles_one_after_another_give() {
+    let mut state = 7u64;
+    let mut number = move || {
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (state >> 40) as f64 / (1u64 << 24) as f64
+    };
+    let mut soup = Vec::new();
+    for _ in 0..2000 {
+        let centre = [number(), number(), number()];
+        soup.extend([(); 3].map(|()| centre.map(|x| (x + 0.1 * (number() - 0.5)) as f32)));
+    }
+    let ray = |_| Ray::new([number(), number(), number()], [number() - 0.5, number() - 0.5, number() - 0.5]);
+    let rays: Vec<_> = (0..3000).map(ray).collect();
+    let double: Vec<_> = soup.iter().map(|corner| corner.map(f64::from)).collect();
+    for vertices in [Vertices::F32(&soup), Vertices::F64(&double)] {
+        let triangles = Triangles::new(vertices, None).unwrap();
+        for layout in [Layout::Classic, Layout::Wide] {
+            let tree = build_tree(&triangles, layout, Precision::Fast, 8);
+            let mut stack = Stack::default();
+            let mut hits = 0;
+            for ray in &rays {
+                let found = closest::<Scalar, _>(&tree, &triangles, ray, &mut stack, &mut Uncounted);
+                assert_eq!(found, naive_closest(&tree, &triangles, ray), "{layout:?} {ray:?}");
+                hits += usize::from(found.is_some());
+            }
+            assert!(hits > 1000, "{hits}");
+        }
+    }
 }

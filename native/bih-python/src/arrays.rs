@@ -1,6 +1,9 @@
 //! Arrays from Python, checked: what comes out has the shape, the dtype and the layout that the core reads.
 
-use numpy::{PyArray, PyArray1, PyArray2, PyArrayDescrMethods, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
+use bih_core::traverse::Vectors;
+use numpy::{
+    PyArray1, PyArray2, PyArrayDescrMethods, PyArrayMethods, PyReadonlyArray2, PyUntypedArray, PyUntypedArrayMethods,
+};
 use pyo3::prelude::*;
 use pyo3::types::IntoPyDict;
 
@@ -34,13 +37,40 @@ pub fn converted<'py>(array: &Bound<'py, PyAny>, dtype: &str) -> PyResult<Bound<
     numpy.call_method("require", (array,), Some(&options))
 }
 
-/// (N, 3) real numbers as doubles.
-pub fn vectors<'py>(name: &str, value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+/// (N, 3) real numbers, checked.
+pub enum VectorArray<'py> {
+    F32(PyReadonlyArray2<'py, f32>),
+    F64(PyReadonlyArray2<'py, f64>),
+}
+
+impl VectorArray<'_> {
+    pub fn rows(&self) -> usize {
+        match self {
+            Self::F32(array) => array.shape()[0],
+            Self::F64(array) => array.shape()[0],
+        }
+    }
+
+    pub fn view(&self) -> PyResult<Vectors<'_>> {
+        Ok(match self {
+            Self::F32(array) => Vectors::F32(bytemuck::cast_slice(array.as_slice()?)),
+            Self::F64(array) => Vectors::F64(bytemuck::cast_slice(array.as_slice()?)),
+        })
+    }
+}
+
+/// (N, 3) real numbers as float32 where they are that already, else as doubles.
+pub fn vectors<'py>(name: &str, value: &Bound<'py, PyAny>) -> PyResult<VectorArray<'py>> {
     let array = as_array(name, value)?;
     if !matches!(array.shape(), [_, 3]) || !matches!(kind(&array), 'f' | 'i' | 'u') {
         return wrong(name, "(N, 3) real numbers", &array);
     }
-    Ok(converted(&array, "float64")?.cast_into()?)
+    if kind(&array) == 'f' && array.dtype().itemsize() == size_of::<f32>() {
+        let array = converted(&array, "float32")?.cast_into::<PyArray2<f32>>()?;
+        return Ok(VectorArray::F32(array.try_readonly()?));
+    }
+    let array = converted(&array, "float64")?.cast_into::<PyArray2<f64>>()?;
+    Ok(VectorArray::F64(array.try_readonly()?))
 }
 
 /// A square matrix of doubles.
@@ -80,15 +110,4 @@ pub fn limits<'py>(name: &str, value: &Limit<'py>, count: usize) -> PyResult<Lim
         return wrong(name, &format!("a number or ({count},) real numbers"), &array);
     }
     Ok(LimitArray::Each(converted(&array, "float64")?.cast_into()?))
-}
-
-/// Numbers as an array that owns its memory, of the precision that the mesh has.
-pub fn floats(py: Python<'_>, is_double: bool, values: impl Iterator<Item = f64>) -> Py<PyAny> {
-    if is_double {
-        PyArray::from_vec(py, values.collect()).into_any().unbind()
-    } else {
-        // A finite number stays finite: infinity means a miss.
-        let narrow = |x: f64| if x.is_finite() { (x as f32).clamp(f32::MIN, f32::MAX) } else { x as f32 };
-        PyArray::from_vec(py, values.map(narrow).collect()).into_any().unbind()
-    }
 }

@@ -1,10 +1,8 @@
 //! The answer to a batch of rays.
 
-use bih_core::Hit;
-use numpy::{PyArray1, PyArrayMethods};
+use bih_core::traverse::Float;
+use numpy::{Element, PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
-
-use crate::arrays::floats;
 
 /// The answer to a batch of N rays, as NumPy arrays that own their memory.
 #[pyclass(frozen, module = "bihtree")]
@@ -25,21 +23,17 @@ pub struct Hits {
 }
 
 impl Hits {
-    pub fn new(py: Python<'_>, hits: &[Option<Hit>], invalid: usize, is_double: bool) -> Self {
-        let each = |value: fn(&Hit) -> f64, miss: f64| {
-            floats(py, is_double, hits.iter().map(move |hit| hit.as_ref().map_or(miss, value)))
-        };
-        let rows = |value: fn(&Hit) -> i32| {
-            PyArray1::from_iter(py, hits.iter().map(|hit| hit.as_ref().map_or(-1, value))).unbind()
-        };
+    pub fn new<F: Float + Element>(py: Python<'_>, hits: bih_core::traverse::Hits<F>) -> Self {
+        let length = hits.t.len();
+        let instances = hits.triangle.iter().map(|&row| row.min(0));
         Self {
-            t: each(|hit| hit.t, f64::INFINITY),
-            triangle: rows(|hit| hit.triangle as i32),
-            u: each(|hit| hit.u, 0.0),
-            v: each(|hit| hit.v, 0.0),
-            instance: rows(|_| 0),
-            invalid,
-            length: hits.len(),
+            instance: PyArray1::from_iter(py, instances).unbind(),
+            t: PyArray1::from_vec(py, hits.t).into_any().unbind(),
+            triangle: PyArray1::from_vec(py, hits.triangle).unbind(),
+            u: PyArray1::from_vec(py, hits.u).into_any().unbind(),
+            v: PyArray1::from_vec(py, hits.v).into_any().unbind(),
+            invalid: hits.invalid,
+            length,
         }
     }
 }

@@ -50,13 +50,18 @@ const FIELDS: [&str; 18] = [
 ];
 
 impl Stats {
-    pub fn new(stats: &bih_core::tree::Stats, layout: &'static str, mesh_bytes: usize) -> Self {
+    pub fn new(
+        stats: &bih_core::tree::Stats,
+        layout: &'static str,
+        precision: &'static str,
+        mesh_bytes: usize,
+    ) -> Self {
         Self {
             structure: "bih",
             layout,
             build: "eager",
             heuristic: "global",
-            precision: "watertight",
+            precision,
             triangles: stats.triangles,
             nodes: stats.nodes,
             leaves: stats.leaves,

@@ -1,11 +1,11 @@
 //! Trees and their queries.
 
-use bih_core::build::Layout;
+use bih_core::build::{Layout, Precision};
 use bih_core::geometry::Triangles;
 use bih_core::simd::FloatEnvironment;
-use bih_core::traverse::{Limits, RayBatch};
+use bih_core::traverse::{Float, Limits, RayBatch};
 use bih_core::{BuildOptions, Control, Error, Tree as CoreTree, tree};
-use numpy::{PyArray, PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
+use numpy::{Element, PyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyByteArray};
@@ -63,7 +63,15 @@ impl Tree {
         };
         one_of("build", build, "eager")?;
         one_of("heuristic", heuristic, "global")?;
-        one_of("precision", precision, "watertight")?;
+        let precision = match precision {
+            "fast" => Precision::Fast,
+            "watertight" => Precision::Watertight,
+            _ => {
+                let text =
+                    format!("precision: {precision:?} is not in this version; choose \"watertight\" or \"fast\"");
+                return Err(PyValueError::new_err(text));
+            }
+        };
         if presort == Some(true) {
             return Err(PyValueError::new_err("presort: this version has no bucket sort; leave it out"));
         }
@@ -79,7 +87,7 @@ impl Tree {
             .then(|| ThreadPoolBuilder::new().num_threads(threads).build())
             .transpose()
             .map_err(|error| BihError::new_err(format!("threads: {threads} could not be started ({error})")))?;
-        let options = BuildOptions { layout, leaf_size, ..Default::default() };
+        let options = BuildOptions { layout, precision, leaf_size, ..Default::default() };
         let core = mesh.with_triangles(py, |triangles| {
             supervise(py, pool.as_ref(), progress, |control| bih_core::build(&triangles, &options, control))
         })??;
@@ -99,12 +107,11 @@ impl Tree {
         t_max: Limit<'_>,
     ) -> PyResult<Hits> {
         let _standard = FloatEnvironment::standard();
-        let (is_double, hits, invalid) =
-            self.query(py, origins, directions, &t_min, &t_max, |core, triangles, rays, control| {
-                let hits = rays.closest(core, triangles, control)?;
-                Ok((triangles.is_double(), hits, rays.invalid()))
-            })?;
-        Ok(Hits::new(py, &hits, invalid, is_double))
+        if self.mesh.with_triangles(py, |triangles| triangles.is_double())? {
+            self.closest::<f64>(py, origins, directions, &t_min, &t_max)
+        } else {
+            self.closest::<f32>(py, origins, directions, &t_min, &t_max)
+        }
     }
 
     /// Whether each ray hits anything.
@@ -148,7 +155,11 @@ impl Tree {
     #[getter]
     fn stats(&self) -> Stats {
         let layout = if self.core.wide().is_some() { "wide" } else { "classic" };
-        Stats::new(self.core.stats(), layout, self.mesh.owned_bytes)
+        let precision = match self.core.precision() {
+            Precision::Fast => "fast",
+            Precision::Watertight => "watertight",
+        };
+        Stats::new(self.core.stats(), layout, precision, self.mesh.owned_bytes)
     }
 
     /// (2, 3) lower and upper corner; inf and -inf where no triangle can be hit.
@@ -198,6 +209,21 @@ impl Tree {
 }
 
 impl Tree {
+    /// The nearest hit of each ray, in numbers of one precision.
+    fn closest<F: Float + Element>(
+        &self,
+        py: Python<'_>,
+        origins: &Bound<'_, PyAny>,
+        directions: &Bound<'_, PyAny>,
+        t_min: &Limit<'_>,
+        t_max: &Limit<'_>,
+    ) -> PyResult<Hits> {
+        let hits = self.query(py, origins, directions, t_min, t_max, |core, triangles, rays, control| {
+            Ok(rays.closest::<F>(core, triangles, control)?)
+        })?;
+        Ok(Hits::new(py, hits))
+    }
+
     /// Check the rays and hand them to `work` with the triangles, supervised where there are many.
     fn query<'py, T: Send>(
         &self,
@@ -211,21 +237,20 @@ impl Tree {
         let _standard = FloatEnvironment::standard();
         let origins = vectors("origins", origins)?;
         let directions = vectors("directions", directions)?;
-        let rays = origins.shape()[0];
-        if directions.shape()[0] != rays {
-            let others = directions.shape()[0];
+        let rays = origins.rows();
+        if directions.rows() != rays {
+            let others = directions.rows();
             return Err(GeometryError::new_err(format!("directions: {others} rows, but origins has {rays}")));
         }
         let (t_min, t_max) = (limits("t_min", t_min, rays)?, limits("t_max", t_max, rays)?);
-        let (origins, directions) = (origins.try_readonly()?, directions.try_readonly()?);
         let readonly = |limit: &LimitArray<'py>| match limit {
             LimitArray::All(_) => Ok(None),
             LimitArray::Each(array) => array.try_readonly().map(Some),
         };
         let (t_min_array, t_max_array) = (readonly(&t_min)?, readonly(&t_max)?);
         let batch = RayBatch {
-            origins: bytemuck::cast_slice(origins.as_slice()?),
-            directions: bytemuck::cast_slice(directions.as_slice()?),
+            origins: origins.view()?,
+            directions: directions.view()?,
             t_min: match (&t_min, &t_min_array) {
                 (LimitArray::All(limit), _) => Limits::All(*limit),
                 (_, array) => Limits::Each(array.as_ref().map_or(Ok(&[][..]), |array| array.as_slice())?),

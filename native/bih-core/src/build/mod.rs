@@ -1,11 +1,26 @@
-//! Construction: one function outside, one file a strategy inside.
+//! Construction: one function outside, one file a step inside.
 
-mod eager;
-mod reference;
-mod split;
+mod classic;
+mod collapse;
+mod extent;
+mod frame;
+mod global;
+mod grid;
+mod keys;
+mod leaves;
+mod presort;
+mod source;
+mod treelet;
+mod wide;
 
 use std::time::Instant;
 
+use self::classic::ClassicNodes;
+use self::extent::Extent;
+use self::frame::{Frame, Places};
+use self::global::{Coding, Global};
+use self::keys::{Keys, row_bits};
+use self::wide::WideRecords;
 use crate::control::Control;
 use crate::error::Error;
 use crate::geometry::Triangles;
@@ -19,6 +34,8 @@ pub struct BuildOptions {
     pub layout: Layout,
     /// How rays are tested against triangles.
     pub precision: Precision,
+    /// Whether the bucket sort comes first; none: where it pays. The tree is the same.
+    pub presort: Option<bool>,
     /// Ranges of at most this many triangles become leaves, of wide records `WIDTH` at most; none: the layout's default.
     pub leaf_size: Option<usize>,
 }
@@ -62,21 +79,26 @@ pub const DEFAULT_WIDE_LEAF_SIZE: usize = 8;
 /// Bytes that a tree over `triangles` never exceeds: one leaf a triangle, and one reference each.
 ///
 /// Known before the build, because an object is referred to once (Wächter and Keller 2006, section 3).
-pub fn bound_bytes(layout: Layout, triangles: &Triangles) -> usize {
-    match layout {
+pub fn bound_bytes(options: &BuildOptions, triangles: &Triangles) -> usize {
+    match options.layout {
         Layout::Classic => classic_bound(triangles.len()),
-        Layout::Wide => wide_bound(triangles.len(), triangles.is_double()),
+        Layout::Wide => wide_bound(triangles.len(), has_rows(options, triangles)),
     }
 }
 
-/// One record for each seven leaves that it adds, where it is full; one that is not full has leaves alone, two at least.
-/// So of r records with one triangle a leaf at most (T + 1) · 4 / 7 are needed, and one more for a root with one leaf.
-fn wide_bound(triangles: usize, is_double: bool) -> usize {
+/// Whether leaves hold their vertices: single precision has no room for those of double precision, where it decides.
+fn has_rows(options: &BuildOptions, triangles: &Triangles) -> bool {
+    options.layout == Layout::Wide && (!triangles.is_double() || options.precision == Precision::Fast)
+}
+
+/// A record has two children or more, and each record but the root is a child: of l leaves there are at most l − 1
+/// records, or one for a single leaf.
+fn wide_bound(triangles: usize, has_rows: bool) -> usize {
     if triangles == 0 {
         return 0;
     }
-    let rows = if is_double { 0 } else { (9 * triangles + WIDTH) * size_of::<f32>() };
-    Record::BYTES * (4 * (triangles + 1) / 7 + 1) + rows + size_of::<u32>() * triangles
+    let rows = if has_rows { (9 * triangles + WIDTH) * size_of::<f32>() } else { 0 };
+    Record::BYTES * (triangles - 1).max(1) + rows + size_of::<u32>() * triangles
 }
 
 fn classic_bound(triangles: usize) -> usize {
@@ -95,44 +117,67 @@ pub fn build(triangles: &Triangles, options: &BuildOptions, control: &Control) -
         Layout::Classic => options.leaf_size.unwrap_or(DEFAULT_LEAF_SIZE).max(1),
         Layout::Wide => options.leaf_size.unwrap_or(DEFAULT_WIDE_LEAF_SIZE).clamp(1, WIDTH),
     };
-    let (mut references, rejected) = reference::collect(triangles);
-    let scratch_bytes = references.capacity() * size_of::<reference::Reference>();
-    control.start(references.len());
-    let built = eager::build(&mut references, leaf_size, control)?;
+    let extent = Extent::of(triangles, control)?;
+    let references = triangles.len() - extent.rejected.len();
+    control.start(references);
+    let mut rows = vec![0f32; if has_rows(options, triangles) && references > 0 { 9 * references + WIDTH } else { 0 }];
+    let mut order = vec![0u32; triangles.len()];
+    order[references..].copy_from_slice(&extent.rejected);
+    let presorted = options.presort.unwrap_or(references > presort::WORTHWHILE);
 
-    let mut order = Vec::with_capacity(triangles.len());
-    order.extend(references.iter().map(|reference| reference.row));
-    order.extend_from_slice(&rejected);
-    let references = &order[..order.len() - rejected.len()];
-    let wide = match options.layout {
-        Layout::Classic => None,
-        Layout::Wide => Some(Wide::collapse(&built.nodes, references, triangles, control)?),
+    let keys = Keys::new(triangles, &extent);
+    let axes = keys.grid.axes;
+    let mut items = if presorted {
+        let mut scratch = vec![0u64; triangles.len()];
+        presort::bucket_sort(&keys, &mut scratch, control)?
+    } else {
+        keys.in_order(control)?
     };
-    let binary_bytes = built.nodes.len() * Node::BYTES;
-    let (nodes, depth, layout_bytes) = match &wide {
-        None => (built.nodes.len(), built.depth, binary_bytes),
-        Some(wide) => (wide.records.len() + built.leaves, wide.depth, wide.bytes()),
-    };
+    let split = Global { triangles, row_bits: row_bits(triangles.len()) };
+    let state = Coding { axes, sorted: if presorted { presort::SORTED } else { 0 }, is_point: false };
+    let places = Places { order: &mut order[..references], rows: &mut rows };
+    let mut nodes = Vec::new();
+    let (mut leaves, mut depth, mut node_count, mut peak) = (0, 0, 0, 0);
+    let mut wide = None;
+    if references > 0 {
+        match options.layout {
+            Layout::Classic => {
+                let frame = Frame { split, emission: ClassicNodes, triangles, leaf_size, control };
+                let built = frame.construct(&mut items, state, places)?;
+                (leaves, depth, node_count, peak) = (built.leaves, built.depth, built.nodes.len(), built.peak_bytes);
+                nodes = built.nodes;
+            }
+            Layout::Wide => {
+                let frame = Frame { split, emission: WideRecords, triangles, leaf_size, control };
+                let built = frame.construct(&mut items, state, places)?;
+                (leaves, depth, peak) = (built.leaves, built.depth, built.peak_bytes);
+                node_count = built.records.len() + leaves;
+                wide = Some(Wide { records: built.records, rows, depth });
+            }
+        }
+    } else if options.layout == Layout::Wide {
+        wide = Some(Wide { records: Vec::new(), rows, depth: 0 });
+    }
+    let layout_bytes = wide.as_ref().map_or(nodes.len() * Node::BYTES, Wide::bytes);
     let tree_bytes = layout_bytes + order.len() * size_of::<u32>();
     let stats = Stats {
         triangles: triangles.len(),
-        nodes,
-        leaves: built.leaves,
+        nodes: node_count,
+        leaves,
         depth,
         tree_bytes,
-        bound_bytes: bound_bytes(options.layout, triangles),
-        peak_build_bytes: tree_bytes + binary_bytes + scratch_bytes + rejected.len() * size_of::<u32>(),
+        bound_bytes: bound_bytes(options, triangles),
+        peak_build_bytes: tree_bytes + peak + 8 * references,
         build_seconds: start.elapsed().as_secs_f64(),
-        rejected: rejected.len(),
-        left_out: built.left_out,
+        rejected: extent.rejected.len(),
+        left_out: Vec::new(),
     };
-    let nodes = if wide.is_some() { Vec::new() } else { built.nodes };
     Ok(Tree {
         nodes,
         wide,
         order,
-        rejected: rejected.len(),
-        bounds: built.bounds,
+        rejected: extent.rejected.len(),
+        bounds: extent.bounds(),
         precision: options.precision,
         leaf_size,
         stats,

@@ -91,6 +91,16 @@ impl<'a> Triangles<'a> {
         matches!(self.vertices, Vertices::F64(_))
     }
 
+    /// The vertices.
+    pub(crate) fn vertices(&self) -> Vertices<'a> {
+        self.vertices
+    }
+
+    /// The rows of three vertices each; none for a soup.
+    pub(crate) fn rows(&self) -> Option<&'a [[u32; 3]]> {
+        self.rows
+    }
+
     /// The corners of triangle `row`.
     #[inline(always)]
     pub fn corners(&self, row: u32) -> Corners {

@@ -1,10 +1,13 @@
-//! Ray against triangle: decided in double precision where a proven bound allows, in whole numbers where not.
+//! Ray against triangle: in single precision, or decided in double precision where a proven bound allows, in whole
+//! numbers where not.
 
 mod distance;
 mod exact;
+mod moller_trumbore;
 mod watertight;
 
 pub use distance::{Distance, weights};
+pub use moller_trumbore::{Meeting, SingleHit, SingleRay};
 pub use watertight::{RayTest, has_no_area};
 
 /// Half a unit in the last place of 1: the largest relative error of one rounding in double precision.

@@ -18,7 +18,7 @@ run_with!(Avx2: "avx2", "fma", "bmi1", "bmi2", "lzcnt", "popcnt");
 impl Lanes for Avx2 {
     numbers_in_256_bits!();
     #[inline(always)]
-    fn push(self, far: Self, words: &[u32; 8], order: u32, nears: &mut [f32; 8], pushed: &mut [u32; 8]) -> usize {
+    fn push(self, far: Self, words: &[u32; 8], order: u32, nears: &mut [f32; 8], pushed: &mut [u32; 8]) -> u8 {
         // SAFETY: a value of this type exists, so this runs inside `run`, whose caller vouches for AVX2; the references are
         // to the eight words that are read and written.
         unsafe {
@@ -30,7 +30,7 @@ impl Lanes for Avx2 {
             let words = _mm256_loadu_si256(words.as_ptr().cast());
             _mm256_storeu_si256(pushed.as_mut_ptr().cast(), _mm256_permutevar8x32_epi32(words, lanes));
             _mm256_storeu_ps(nears.as_mut_ptr(), _mm256_permutevar8x32_ps(self.0, lanes));
-            hits.count_ones() as usize
+            hits as u8
         }
     }
 }

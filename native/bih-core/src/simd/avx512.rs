@@ -20,7 +20,7 @@ run_with!(
 impl Lanes for Avx512 {
     numbers_in_256_bits!();
     #[inline(always)]
-    fn push(self, far: Self, words: &[u32; 8], order: u32, nears: &mut [f32; 8], pushed: &mut [u32; 8]) -> usize {
+    fn push(self, far: Self, words: &[u32; 8], order: u32, nears: &mut [f32; 8], pushed: &mut [u32; 8]) -> u8 {
         // SAFETY: a value of this type exists, so this runs inside `run`, whose caller vouches for AVX-512; the references are
         // to the eight words that are read and written.
         unsafe {
@@ -31,7 +31,7 @@ impl Lanes for Avx512 {
             // Compressed in registers: Zen 4 takes more than a hundred cycles for a compression to memory.
             _mm256_storeu_si256(pushed.as_mut_ptr().cast(), _mm256_maskz_compress_epi32(hits, words));
             _mm256_storeu_ps(nears.as_mut_ptr(), _mm256_maskz_compress_ps(hits, near));
-            hits.count_ones() as usize
+            hits
         }
     }
 }

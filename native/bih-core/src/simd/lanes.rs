@@ -80,8 +80,9 @@ pub trait Lanes: Copy {
         ]
     }
     /// What a stack is given: of the lanes in `order` (eight numbers of four bits, the first in the lowest) those with
-    /// `self <= far`, their `self` and their word. The arrays behind the last one hold anything. Answers how many.
-    fn push(self, far: Self, words: &[u32; 8], order: u32, nears: &mut [f32; 8], pushed: &mut [u32; 8]) -> usize;
+    /// `self <= far`, their `self` and their word. The arrays behind the last one hold anything. Answers which of the places
+    /// in the order those are, one bit each, the first the lowest.
+    fn push(self, far: Self, words: &[u32; 8], order: u32, nears: &mut [f32; 8], pushed: &mut [u32; 8]) -> u8;
 }
 
 /// The lanes whose bits are set, first to last, as bytes: for instruction sets that cannot compress.
@@ -219,17 +220,18 @@ impl Lanes for Scalar {
         self.halved(|a, b| if a > b { a } else { b })
     }
     #[inline(always)]
-    fn push(self, far: Self, words: &[u32; 8], order: u32, nears: &mut [f32; 8], pushed: &mut [u32; 8]) -> usize {
-        let mut count = 0;
+    fn push(self, far: Self, words: &[u32; 8], order: u32, nears: &mut [f32; 8], pushed: &mut [u32; 8]) -> u8 {
+        let (mut count, mut places) = (0, 0);
         for place in 0..8 {
             let lane = (order >> (4 * place) & 7) as usize;
             if self.0[lane] <= far.0[lane] {
                 nears[count] = self.0[lane];
                 pushed[count] = words[lane];
                 count += 1;
+                places |= 1 << place;
             }
         }
-        count
+        places
     }
 }
 
@@ -287,8 +289,9 @@ mod tests {
                 }
                 for order in [0x7654_3210, 0x0123_4567, 0x2706_1435u32.rotate_left(4 * shift as u32)] {
                     let (mut nears, mut pushed) = ([0.0; 8], [0; 8]);
-                    let count = a.push(b, &[10, 11, 12, 13, 14, 15, 16, 17], order, &mut nears, &mut pushed);
-                    bits.push(count as u32);
+                    let places = a.push(b, &[10, 11, 12, 13, 14, 15, 16, 17], order, &mut nears, &mut pushed);
+                    bits.push(u32::from(places));
+                    let count = places.count_ones() as usize;
                     bits.extend(nears[..count].iter().map(|x| x.to_bits()));
                     bits.extend(&pushed[..count]);
                 }

@@ -55,11 +55,11 @@ impl Lanes for Neon {
     }
     #[inline(always)]
     fn mask(bits: u8) -> NeonMask {
-        const LANES: [u32; 8] = [1, 2, 4, 8, 16, 32, 64, 128];
-        // SAFETY: every 64-bit ARM processor has NEON; four of the eight numbers stand at each pointer.
+        let lanes: [u32; 8] = [1, 2, 4, 8, 16, 32, 64, 128];
+        // SAFETY: as in `splat`; four of the eight numbers stand at each pointer.
         unsafe {
-            let bits = vdupq_n_u32(u32::from(bits));
-            NeonMask(vtstq_u32(bits, vld1q_u32(LANES.as_ptr())), vtstq_u32(bits, vld1q_u32(LANES[4..].as_ptr())))
+            let set = vdupq_n_u32(u32::from(bits));
+            NeonMask(vtstq_u32(set, vld1q_u32(lanes.as_ptr())), vtstq_u32(set, vld1q_u32(lanes[4..].as_ptr())))
         }
     }
     #[inline(always)]
@@ -104,7 +104,7 @@ impl Lanes for Neon {
         }
     }
     #[inline(always)]
-    fn push(self, far: Self, words: &[u32; 8], order: u32, nears: &mut [f32; 8], pushed: &mut [u32; 8]) -> usize {
+    fn push(self, far: Self, words: &[u32; 8], order: u32, nears: &mut [f32; 8], pushed: &mut [u32; 8]) -> u8 {
         // SAFETY: as in `splat`.
         unsafe {
             let order = lane_numbers(order);
@@ -112,7 +112,7 @@ impl Lanes for Neon {
             let lanes = vtbl1_u8(order, vcreate_u8(SET_BITS[usize::from(hits)]));
             write(nears, permuted(self, lanes));
             write(bytemuck::cast_mut(pushed), permuted(Self::load(bytemuck::cast_ref(words)), lanes));
-            hits.count_ones() as usize
+            hits
         }
     }
 }

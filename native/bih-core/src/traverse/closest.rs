@@ -3,25 +3,37 @@
 use std::cmp::Ordering;
 use std::ops::ControlFlow;
 
+use super::fast::FastClosest;
 use super::interval::Crossing;
+use super::scene::Scene;
 use super::stack::{Entry, Stack};
-use super::{Counter, wide};
+use super::watertight::WatertightClosest;
+use super::{Counter, single, wide};
+use crate::build::Precision;
 use crate::geometry::{Corners, Ray, Triangles};
-use crate::intersect::{Distance, RayTest, weights};
+use crate::intersect::{Distance, RayTest, SingleHit, weights};
 use crate::simd::Lanes;
 use crate::tree::{Kind, Tree};
 
 /// A hit: the lowest row among the nearest triangles.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hit {
-    /// Distance in units of the direction's length, within 2^-40 of the true value, relatively.
+    /// Distance in units of the direction's length; watertight within 2^-40 of the true value, relatively.
     pub t: f64,
     /// Row of the triangle.
     pub triangle: u32,
-    /// Weight of its second vertex, within 2^-32.
+    /// Weight of its second vertex; watertight within 2^-32.
     pub u: f64,
-    /// Weight of its third vertex, within 2^-32.
+    /// Weight of its third vertex; watertight within 2^-32.
     pub v: f64,
+}
+
+impl Hit {
+    /// A hit in single precision.
+    #[inline(always)]
+    pub(super) fn single(hit: SingleHit, triangle: u32) -> Self {
+        Self { t: f64::from(hit.t), triangle, u: f64::from(hit.u), v: f64::from(hit.v) }
+    }
 }
 
 /// The nearest triangle so far.
@@ -33,16 +45,20 @@ struct Best {
 }
 
 /// Finds the nearest of the triangles it is offered.
-#[derive(Debug)]
-pub(super) struct Nearest<'a> {
-    ray: &'a Ray,
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Nearest {
+    ray: Ray,
     test: RayTest,
     best: Option<Best>,
 }
 
-impl<'a> Nearest<'a> {
-    pub(super) fn new(ray: &'a Ray, tree: &Tree) -> Self {
-        Self { ray, test: RayTest::new(ray, tree.bounds()), best: None }
+impl Nearest {
+    pub(super) fn new(ray: &Ray, tree: &Tree) -> Self {
+        Self { ray: *ray, test: RayTest::new(ray, tree.bounds()), best: None }
+    }
+
+    pub(super) fn ray(&self) -> &Ray {
+        &self.ray
     }
 
     /// Past this nothing can be nearer.
@@ -53,7 +69,7 @@ impl<'a> Nearest<'a> {
 
     #[inline(always)]
     pub(super) fn offer(&mut self, row: u32, corners: Corners) {
-        if let Some(distance) = distance_within(self.ray, &self.test, &corners) {
+        if let Some(distance) = distance_within(&self.ray, &self.test, &corners) {
             let order = match &self.best {
                 Some(best) => {
                     distance.compare(&corners, &best.distance, &best.corners, &self.test).then(row.cmp(&best.row))
@@ -86,7 +102,7 @@ pub(super) fn distance_within(ray: &Ray, test: &RayTest, corners: &Corners) -> O
     is_within.then_some(distance)
 }
 
-/// The nearest hit of a valid ray; of equal distances, compared exactly, the lower row.
+/// The nearest hit of a valid ray; of equal distances, watertight compared exactly, the lower row.
 #[inline(always)]
 pub fn closest<L: Lanes, C: Counter>(
     tree: &Tree,
@@ -95,14 +111,30 @@ pub fn closest<L: Lanes, C: Counter>(
     stack: &mut Stack,
     counter: &mut C,
 ) -> Option<Hit> {
-    let mut nearest = Nearest::new(ray, tree);
     if let Some(wide) = &tree.wide {
-        wide::walk::<L, C>(wide, tree, triangles, ray, &mut stack.wide, counter, |row, corners| {
-            nearest.offer(row, corners);
-            ControlFlow::Continue(nearest.limit())
-        });
-        return nearest.hit();
+        let scene = Scene::new(wide, tree, triangles);
+        let stack = &mut stack.wide;
+        return match tree.precision {
+            Precision::Fast => wide::search::<L, FastClosest, C>(&scene, ray, stack, counter),
+            Precision::Watertight => wide::search::<L, WatertightClosest, C>(&scene, ray, stack, counter),
+        };
     }
+    in_nodes(tree, triangles, ray, stack, counter)
+}
+
+/// The same over the paper's nodes.
+#[inline(always)]
+pub(super) fn in_nodes<C: Counter>(
+    tree: &Tree,
+    triangles: &Triangles,
+    ray: &Ray,
+    stack: &mut Stack,
+    counter: &mut C,
+) -> Option<Hit> {
+    if tree.precision == Precision::Fast {
+        return single::closest(tree, triangles, ray, stack, counter);
+    }
+    let mut nearest = Nearest::new(ray, tree);
     walk(tree, ray, stack, counter, |rows| {
         for &row in rows {
             nearest.offer(row, triangles.corners(row));

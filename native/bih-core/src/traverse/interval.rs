@@ -43,6 +43,11 @@ impl Crossing {
         self.negative[axis]
     }
 
+    /// Bit 0 is set where the ray runs towards smaller x, bit 1 for y, bit 2 for z.
+    pub fn octant(&self) -> usize {
+        (0..3).map(|axis| usize::from(self.negative[axis]) << axis).sum()
+    }
+
     /// At most the t at which the plane is met; NaN where the ray lies in the plane: it says nothing.
     #[inline(always)]
     pub fn earliest(&self, axis: usize, plane: f32) -> f64 {

@@ -3,7 +3,11 @@
 use std::ops::ControlFlow;
 
 use super::closest::{distance_within, walk};
-use super::{Counter, Stack, wide};
+use super::fast::FastOccluded;
+use super::scene::Scene;
+use super::watertight::WatertightOccluded;
+use super::{Counter, Stack, single, wide};
+use crate::build::Precision;
 use crate::geometry::{Ray, Triangles};
 use crate::intersect::RayTest;
 use crate::simd::Lanes;
@@ -18,15 +22,31 @@ pub fn occluded<L: Lanes, C: Counter>(
     stack: &mut Stack,
     counter: &mut C,
 ) -> bool {
+    if let Some(wide) = &tree.wide {
+        let scene = Scene::new(wide, tree, triangles);
+        let stack = &mut stack.wide;
+        return match tree.precision {
+            Precision::Fast => wide::search::<L, FastOccluded, C>(&scene, ray, stack, counter),
+            Precision::Watertight => wide::search::<L, WatertightOccluded, C>(&scene, ray, stack, counter),
+        };
+    }
+    in_nodes(tree, triangles, ray, stack, counter)
+}
+
+/// The same over the paper's nodes.
+#[inline(always)]
+pub(super) fn in_nodes<C: Counter>(
+    tree: &Tree,
+    triangles: &Triangles,
+    ray: &Ray,
+    stack: &mut Stack,
+    counter: &mut C,
+) -> bool {
+    if tree.precision == Precision::Fast {
+        return single::occluded(tree, triangles, ray, stack, counter);
+    }
     let test = RayTest::new(ray, tree.bounds());
     let mut found = false;
-    if let Some(wide) = &tree.wide {
-        wide::walk::<L, C>(wide, tree, triangles, ray, &mut stack.wide, counter, |_, corners| {
-            found = distance_within(ray, &test, &corners).is_some();
-            if found { ControlFlow::Break(()) } else { ControlFlow::Continue(ray.t_max) }
-        });
-        return found;
-    }
     walk(tree, ray, stack, counter, |rows| {
         found = rows.iter().any(|&row| distance_within(ray, &test, &triangles.corners(row)).is_some());
         if found { ControlFlow::Break(()) } else { ControlFlow::Continue(ray.t_max) }

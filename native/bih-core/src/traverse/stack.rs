@@ -1,7 +1,7 @@
 //! What a ray has put off.
 
 use super::packet;
-use super::wide::Postponed;
+use super::postponed::Postponed;
 use crate::tree::MAX_DEPTH;
 
 /// A node to visit later, and the part of the ray that lies in it.
@@ -19,20 +19,14 @@ pub(super) struct Entry {
 pub struct Stack {
     entries: [Entry; MAX_DEPTH as usize],
     len: usize,
-    /// For wide records: at most seven a level.
-    pub(super) wide: Vec<Postponed>,
+    pub(super) wide: Postponed,
     /// For packets.
     pub(super) packet: Vec<packet::Entry>,
 }
 
 impl Default for Stack {
     fn default() -> Self {
-        Self {
-            entries: [Entry::default(); MAX_DEPTH as usize],
-            len: 0,
-            wide: Vec::with_capacity(8 * MAX_DEPTH as usize),
-            packet: Vec::new(),
-        }
+        Self { entries: [Entry::default(); MAX_DEPTH as usize], len: 0, wide: Postponed::default(), packet: Vec::new() }
     }
 }
 

@@ -1,5 +1,6 @@
 //! The tree itself: 12-byte nodes, the references in leaf order, and the bounds they lie in.
 
+mod compact;
 mod node;
 mod stats;
 mod table;
@@ -7,6 +8,7 @@ mod validate;
 mod visitor;
 mod wide;
 
+pub use compact::CompactRecord;
 pub use node::{Kind, Node};
 pub use stats::Stats;
 pub use table::{NodeRow, node_table};

@@ -55,6 +55,12 @@ impl Node {
         Self { index: LEAF, items: [first as u32, count as u32] }
     }
 
+    /// The same, its children so many nodes further on.
+    pub(crate) fn moved(&self, offset: usize) -> Self {
+        let is_leaf = self.index & LEAF == LEAF;
+        Self { index: self.index + if is_leaf { 0 } else { (offset as u32) << 2 }, ..*self }
+    }
+
     /// The record, unpacked.
     #[inline(always)]
     pub fn kind(&self) -> Kind {

@@ -110,7 +110,7 @@ fn validate_wide(wide: &Wide, references: &[u32], triangles: &Triangles) -> Resu
                         }
                         let row = |row: usize| f64::from(wide.rows[9 * first + row * count + place - first]);
                         if !wide.rows.is_empty()
-                            && !corners.as_flattened().iter().enumerate().all(|(i, &x)| row(i) == x)
+                            && !corners.as_flattened().iter().enumerate().all(|(i, &x)| row(i) == f64::from(x as f32))
                         {
                             return broken(index, format!("vertices of triangle {reference} differ"));
                         }

@@ -2,9 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use super::{Kind, Node};
-use crate::control::{Cancelled, Control};
-use crate::geometry::{Bounds, Corners, Triangles};
+use crate::geometry::{Bounds, Corners};
 
 /// Children of a record, and triangles of a leaf at most.
 pub const WIDTH: usize = 8;
@@ -27,7 +25,8 @@ pub struct Record {
 }
 
 /// The lanes from the farthest to the nearest, four bits each, for each octant of directions: bit 0 of the octant is set
-/// where x is negative, bit 1 for y, bit 2 for z.
+/// where x is negative, bit 1 for y, bit 2 for z. Lanes in use stand in the highest places, the nearest uppermost; below
+/// them the free ones, the highest of them lowest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
 #[repr(transparent)]
 pub struct Orders([u32; WIDTH]);
@@ -36,15 +35,8 @@ impl Orders {
     /// One child, in lane 0.
     pub const ONE: Self = Self([0x0123_4567; WIDTH]);
 
-    /// Divide the child in `lane` along `axis`: it becomes the lower part, the upper part goes to lane `new`, which is
-    /// the next one that is free.
-    #[must_use]
-    pub fn split(mut self, lane: usize, new: usize, axis: usize) -> Self {
-        debug_assert!(lane < new && new < WIDTH);
-        for (octant, order) in self.0.iter_mut().enumerate() {
-            *order = divided(*order, lane as u32, new as u32, octant >> axis & 1 == 0);
-        }
-        self
+    pub(crate) fn new(orders: [u32; WIDTH]) -> Self {
+        Self(orders)
     }
 
     /// The order for an octant.
@@ -75,13 +67,34 @@ pub enum Target {
 }
 
 impl Child {
-    fn record(index: usize) -> Self {
+    pub(crate) fn record(index: usize) -> Self {
         Self(index as u32)
     }
 
-    fn leaf(first: usize, count: usize) -> Self {
+    pub(crate) fn leaf(first: usize, count: usize) -> Self {
         debug_assert!((1..=WIDTH).contains(&count) && first <= INDEX_MASK as usize);
         Self(LEAF | (count as u32 - 1) << COUNT_SHIFT | first as u32)
+    }
+
+    /// A word that is neither a leaf nor a record there can be.
+    pub const NONE: u32 = LEAF - 1 ^ INDEX_MASK;
+
+    /// Whether the word stands for a leaf.
+    #[inline(always)]
+    pub fn is_leaf(word: u32) -> bool {
+        word & LEAF != 0
+    }
+
+    /// Of a record, or of the first reference of a leaf.
+    #[inline(always)]
+    pub fn index(word: u32) -> usize {
+        (word & INDEX_MASK) as usize
+    }
+
+    /// A word of a record.
+    #[inline(always)]
+    pub fn from_word(word: u32) -> Self {
+        Self(word)
     }
 
     /// The word, unpacked.
@@ -96,33 +109,54 @@ impl Child {
     }
 }
 
-/// Lanes in use stand in the highest places, the nearest uppermost; below them the free ones, `new` first.
-fn divided(order: u32, lane: u32, new: u32, lower_is_near: bool) -> u32 {
-    let below = |place: u32| (1u32 << (4 * place)) - 1;
-    let others = order ^ 0x1111_1111 * lane;
-    let place = (others.wrapping_sub(0x1111_1111) & !others & 0x8888_8888).trailing_zeros() / 4;
-    let nearer = order & !(below(place) << 4 | 0xf);
-    let farther = order & below(place) & !below(8 - new);
-    let free = order & below(7 - new);
-    let [first, second] = if lower_is_near { [lane, new] } else { [new, lane] };
-    nearer | first << (4 * place) | second << (4 * (place - 1)) | farther >> 4 | free
-}
-
 impl Record {
     /// Bytes of one record.
     pub const BYTES: usize = size_of::<Self>();
 
-    const EMPTY: Self = Self {
+    /// Without children.
+    pub(crate) const EMPTY: Self = Self {
         lower: [[f32::INFINITY; WIDTH]; 3],
         upper: [[f32::NEG_INFINITY; WIDTH]; 3],
         children: [Child(0); WIDTH],
         orders: Orders::ONE,
     };
 
+    pub(crate) fn set_orders(&mut self, orders: Orders) {
+        self.orders = orders;
+    }
+
+    /// The same, its children so many records further on.
+    #[inline(always)]
+    pub(crate) fn moved(&self, offset: usize) -> Self {
+        // A lane without a child has the word of the root, which is nobody's child.
+        let children = self.children.map(|child| {
+            let is_record = child.0 & LEAF == 0 && child.0 != 0;
+            Child(child.0 + if is_record { offset as u32 } else { 0 })
+        });
+        Self { children, ..*self }
+    }
+
+    /// The boxes as they stand: lower x, y, z and upper x, y, z of all lanes; two rows more that are no numbers.
+    #[inline(always)]
+    pub fn planes(&self) -> &[[f32; WIDTH]; 8] {
+        bytemuck::cast_ref(self)
+    }
+
+    pub(super) fn children(&self) -> &[Child; WIDTH] {
+        &self.children
+    }
+
     /// The words of all lanes.
     #[inline(always)]
     pub fn words(&self) -> &[u32; WIDTH] {
         bytemuck::cast_ref(&self.children)
+    }
+
+    /// The word of the lane at the last of some places of an order; of the first place where there is none.
+    #[inline(always)]
+    pub fn last(&self, order: u32, places: u8) -> u32 {
+        let place = (places | 1).ilog2();
+        self.words()[(order >> (4 * place) & 7) as usize]
     }
 
     /// The lanes from the farthest to the nearest for an octant of directions.
@@ -142,7 +176,7 @@ impl Record {
         Bounds { lower: self.lower.map(|axis| axis[lane]), upper: self.upper.map(|axis| axis[lane]) }
     }
 
-    fn set(&mut self, lane: usize, bounds: &Bounds, child: Child) {
+    pub(crate) fn set(&mut self, lane: usize, bounds: &Bounds, child: Child) {
         for axis in 0..3 {
             self.lower[axis][lane] = bounds.lower[axis];
             self.upper[axis][lane] = bounds.upper[axis];
@@ -179,128 +213,11 @@ impl Wide {
         let at = |row: usize| f64::from(rows[row * count + lane]);
         Some([[at(0), at(1), at(2)], [at(3), at(4), at(5)], [at(6), at(7), at(8)]])
     }
-
-    /// Collapse a binary tree whose leaves have at most `WIDTH` triangles.
-    pub fn collapse(
-        nodes: &[Node],
-        references: &[u32],
-        triangles: &Triangles,
-        control: &Control,
-    ) -> Result<Self, Cancelled> {
-        if nodes.is_empty() {
-            return Ok(Self { records: Vec::new(), rows: Vec::new(), depth: 0 });
-        }
-        let bounds = node_bounds(nodes, references, triangles);
-        let rows = if triangles.is_double() { Vec::new() } else { leaf_rows(nodes, references, triangles) };
-        let mut records = vec![Record::EMPTY];
-        let mut depth = 0;
-        let mut tasks = vec![(0, 0, 1)];
-        while let Some((index, node, level)) = tasks.pop() {
-            control.check()?;
-            depth = depth.max(level);
-            let (lanes, orders) = children_of(node, nodes, &bounds);
-            records[index].orders = orders;
-            for (lane, &child) in lanes.iter().enumerate() {
-                let target = match nodes[child].kind() {
-                    Kind::Leaf { first, count } => Child::leaf(first, count),
-                    Kind::Inner { .. } => {
-                        records.push(Record::EMPTY);
-                        tasks.push((records.len() - 1, child, level + 1));
-                        Child::record(records.len() - 1)
-                    }
-                };
-                records[index].set(lane, &bounds[child], target);
-            }
-        }
-        records.shrink_to_fit();
-        Ok(Self { records, rows, depth })
-    }
-}
-
-/// The nodes that become children of one record: the largest inner one, the higher one of equals, is replaced by its two
-/// children while there is room.
-fn children_of(node: usize, nodes: &[Node], bounds: &[Bounds]) -> (Vec<usize>, Orders) {
-    // A node and how far it is below the first.
-    let mut lanes = vec![(node, 0)];
-    let mut orders = Orders::ONE;
-    while lanes.len() < WIDTH {
-        let mut largest: Option<(usize, usize, usize)> = None;
-        for (lane, &(node, depth)) in lanes.iter().enumerate() {
-            let Kind::Inner { axis, left, .. } = nodes[node].kind() else { continue };
-            let precedes = largest.is_none_or(|(other, ..)| {
-                let (node_there, depth_there) = lanes[other];
-                let (area, other_area) = (half_area(&bounds[node]), half_area(&bounds[node_there]));
-                area > other_area || area == other_area && depth < depth_there
-            });
-            if precedes {
-                largest = Some((lane, left, axis));
-            }
-        }
-        let Some((lane, left, axis)) = largest else { break };
-        let depth = lanes[lane].1 + 1;
-        orders = orders.split(lane, lanes.len(), axis);
-        lanes[lane] = (left, depth);
-        lanes.push((left + 1, depth));
-    }
-    (lanes.into_iter().map(|(node, _)| node).collect(), orders)
-}
-
-fn half_area(bounds: &Bounds) -> f64 {
-    let [x, y, z]: [f64; 3] = std::array::from_fn(|axis| f64::from(bounds.upper[axis]) - f64::from(bounds.lower[axis]));
-    x * y + y * z + z * x
-}
-
-/// The bounds of the triangles below each node; children stand behind their parents.
-fn node_bounds(nodes: &[Node], references: &[u32], triangles: &Triangles) -> Vec<Bounds> {
-    let mut bounds = vec![Bounds::EMPTY; nodes.len()];
-    for (index, node) in nodes.iter().enumerate().rev() {
-        bounds[index] = match node.kind() {
-            Kind::Inner { left, .. } => bounds[left].union(&bounds[left + 1]),
-            Kind::Leaf { first, count } => references[first..first + count]
-                .iter()
-                .map(|&row| Bounds::of_triangle(&triangles.corners(row)))
-                .fold(Bounds::EMPTY, |all, one| all.union(&one)),
-        };
-    }
-    bounds
-}
-
-fn leaf_rows(nodes: &[Node], references: &[u32], triangles: &Triangles) -> Vec<f32> {
-    let mut rows = vec![0.0; 9 * references.len() + WIDTH];
-    for node in nodes {
-        if let Kind::Leaf { first, count } = node.kind() {
-            for lane in 0..count {
-                let corners = triangles.corners(references[first + lane]);
-                for (row, &value) in corners.as_flattened().iter().enumerate() {
-                    rows[9 * first + row * count + lane] = value as f32;
-                }
-            }
-        }
-    }
-    rows
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn orders_follow_the_splits() {
-        assert_eq!(size_of::<Record>(), 256);
-        // Lane 0 is cut along x, then its lower part along y: lanes 0 below 2, both left of 1.
-        let orders = Orders::ONE.split(0, 1, 0).split(0, 2, 1);
-        let nearest_first = |octant: usize| [7, 6, 5].map(|place| orders.of(octant) >> (4 * place) & 7);
-        assert_eq!(nearest_first(0b000), [0, 2, 1]);
-        assert_eq!(nearest_first(0b001), [1, 0, 2]);
-        assert_eq!(nearest_first(0b010), [2, 0, 1]);
-        assert_eq!(nearest_first(0b111), [1, 2, 0]);
-        let full = (1..WIDTH).fold(Orders::ONE, |orders, new| orders.split(new / 2, new, new % 3));
-        for octant in 0..8 {
-            let mut lanes: Vec<_> = (0..8).map(|place| full.of(octant) >> (4 * place) & 15).collect();
-            lanes.sort_unstable();
-            assert_eq!(lanes, [0, 1, 2, 3, 4, 5, 6, 7]);
-        }
-    }
 
     #[test]
     fn every_child_survives_packing_up_to_the_limits() {

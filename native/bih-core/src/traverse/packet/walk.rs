@@ -5,7 +5,7 @@ use super::slabs::Sides;
 use super::triangles::{LeafTriangles, Stored};
 use super::{GROUPS, bits};
 use crate::simd::{Lanes, Mask, prefetch};
-use crate::tree::{MAX_DEPTH, Target, WIDTH, Wide};
+use crate::tree::{Child, MAX_DEPTH, Record, Target, WIDTH, Wide};
 
 /// Children of a record that survive the whole packet's test are tested against its groups if there are as many.
 const CONFIRM: usize = 2;
@@ -114,7 +114,8 @@ fn descend<L: Lanes>(
     crate::count!(1, 1);
     let (near, far) = packet.whole.clip(&Sides::all(record, packet.octant), L::splat(packet.limit));
     let (mut nears, mut lanes) = ([0.0; WIDTH], [0; WIDTH]);
-    let count = near.push(far, &LANES, record.order(packet.octant), &mut nears, &mut lanes);
+    let places = near.push(far, &LANES, record.order(packet.octant), &mut nears, &mut lanes);
+    let count = places.count_ones() as usize;
     crate::count!(2, count);
     for (&near, &lane) in nears.iter().zip(&lanes).take(count) {
         let groups = if count < CONFIRM {
@@ -129,18 +130,22 @@ fn descend<L: Lanes>(
         crate::count!(4, (groups as u8).count_ones());
         stack[top] = Entry { near, place: (index * WIDTH) as u32 | lane, groups };
         top += usize::from(groups != 0);
-        fetch(wide, record.child(lane as usize & 7).target());
+        fetch(wide, record.words()[lane as usize & 7]);
     }
     top
 }
 
-/// Have the processor bring what a child is read from.
+/// Have the processor bring what a child is read from; without a branch, which could not be predicted.
 #[inline(always)]
-fn fetch(wide: &Wide, target: Target) {
-    match target {
-        Target::Record(index) => prefetch::<4, _>(&wide.records, index),
-        Target::Leaf { first, .. } => prefetch::<5, _>(&wide.rows, 9 * first),
-    }
+fn fetch(wide: &Wide, word: u32) {
+    let records: &[f32] = bytemuck::cast_slice(&wide.records);
+    let index = Child::index(word);
+    let (numbers, start) = if Child::is_leaf(word) {
+        (&wide.rows[..], 9 * index)
+    } else {
+        (records, Record::BYTES / size_of::<f32>() * index)
+    };
+    prefetch::<4, _>(numbers, start);
 }
 
 /// Show the query a leaf, and those rays of some groups that meet its box.

@@ -133,7 +133,7 @@ impl<'a, L: Lanes> Filter<'a, L> {
 pub(super) struct Closest<'a, L> {
     filter: Filter<'a, L>,
     /// Of the rays that had a candidate.
-    nearest: Vec<Nearest<'a>>,
+    nearest: Vec<Nearest>,
     /// Where a ray's stands; past the end for none.
     slots: [u8; PACKET],
 }
@@ -155,7 +155,7 @@ impl<'a, L: Lanes> Closest<'a, L> {
     }
 
     #[inline(always)]
-    fn nearest(&mut self, ray: usize) -> &mut Nearest<'a> {
+    fn nearest(&mut self, ray: usize) -> &mut Nearest {
         if self.slots[ray] == u8::MAX {
             self.slots[ray] = self.nearest.len() as u8;
             self.nearest.push(Nearest::new(&self.filter.rays[ray], self.filter.tree));

@@ -1,0 +1,1 @@
+"""What reports and benchmarks are made of, without Blender."""

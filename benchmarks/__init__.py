@@ -1,0 +1,1 @@
+"""bihtree beside its peers: `python -m benchmarks`."""

@@ -1,0 +1,182 @@
+//! Our side.
+
+use std::time::Instant;
+
+use bih_core::build::{Layout, Precision};
+use bih_core::simd::{FloatEnvironment, Kernel, Lanes, dispatch};
+use bih_core::traverse::{Hits, Limits, RayBatch, Stack, Uncounted, Vectors, closest, occluded};
+use bih_core::{BuildOptions, Control, Hit, Tree, Triangles, build};
+use rayon::prelude::*;
+use serde_json::{Map, Value, json};
+
+use crate::mesh::Mesh;
+use crate::rays::{Found, Ray};
+use crate::side::{Answers, Call, RaySet, Structure};
+
+/// Rays that a thread takes at a time where they are given one by one.
+const CHUNK: usize = 1024;
+
+pub struct BihSide {
+    pub options: BuildOptions,
+}
+
+impl BihSide {
+    /// Each word sets one option; the place to add a layout, heuristic, precision or presort.
+    pub fn parse(words: &[&str]) -> Result<Self, String> {
+        let mut options = BuildOptions::default();
+        for &word in words {
+            match word {
+                "classic" => options.layout = Layout::Classic,
+                "wide" => options.layout = Layout::Wide,
+                "fast" => options.precision = Precision::Fast,
+                "presort" => options.presort = Some(true),
+                "inplace" => options.presort = Some(false),
+                "watertight" => options.precision = Precision::Watertight,
+                _ => match word.strip_prefix("leaf").map(str::parse) {
+                    Some(Ok(size)) => options.leaf_size = Some(size),
+                    _ => return Err(format!("no option {word:?}")),
+                },
+            }
+        }
+        Ok(Self { options })
+    }
+
+    pub fn build<'m>(&self, mesh: &'m Mesh) -> BihTree<'m> {
+        let triangles = mesh.borrowed();
+        let tree = build(&triangles, &self.options, &Control::default()).expect("nothing cancels it");
+        BihTree { tree, triangles }
+    }
+}
+
+pub struct BihTree<'m> {
+    pub tree: Tree,
+    pub triangles: Triangles<'m>,
+}
+
+impl Structure for BihTree<'_> {
+    fn trace(&self, rays: &RaySet, call: Call) -> (f64, Answers) {
+        let (is_single, is_any) = (call == Call::Single, rays.kind.is_any());
+        let control = Control::default();
+        let start = Instant::now();
+        if is_any {
+            let hidden = if is_single {
+                self.each::<Any>(&rays.rays)
+            } else {
+                batch(rays).occluded(&self.tree, &self.triangles, &control).expect("nothing cancels it")
+            };
+            (start.elapsed().as_secs_f64(), Answers::Hidden(hidden))
+        } else {
+            if is_single {
+                let hits = self.each::<Nearest>(&rays.rays);
+                let seconds = start.elapsed().as_secs_f64();
+                return (seconds, Answers::Nearest(hits.into_iter().map(found).collect()));
+            }
+            let hits: Hits<f32> =
+                batch(rays).closest(&self.tree, &self.triangles, &control).expect("nothing cancels it");
+            let seconds = start.elapsed().as_secs_f64();
+            // A miss is row -1 there, the largest row here.
+            let found = hits.t.into_iter().zip(hits.triangle.iter().map(|row| row.cast_unsigned()));
+            (seconds, Answers::Nearest(found.collect()))
+        }
+    }
+
+    fn facts(&self, rays: Option<&RaySet>) -> Map<String, Value> {
+        let mut facts = Map::new();
+        match rays {
+            None => {
+                let stats = self.tree.stats();
+                facts.insert("nodes".to_owned(), json!(stats.nodes));
+                facts.insert("leaves".to_owned(), json!(stats.leaves));
+                facts.insert("depth".to_owned(), json!(stats.depth));
+                facts.insert("tree_bytes".to_owned(), json!(stats.tree_bytes));
+                facts.insert("bound_bytes".to_owned(), json!(stats.bound_bytes));
+                facts.insert("stated_peak_bytes".to_owned(), json!(stats.peak_build_bytes));
+            }
+            Some(rays) => {
+                let costs = batch(rays).cost(&self.tree, &self.triangles, &Control::default());
+                let costs = costs.expect("nothing cancels it");
+                let mean = |count: u64| json!(count as f64 / costs.len().max(1) as f64);
+                facts.insert("nodes_a_ray".to_owned(), mean(costs.iter().map(|cost| u64::from(cost.nodes)).sum()));
+                let tests = costs.iter().map(|cost| u64::from(cost.triangles)).sum();
+                facts.insert("triangles_a_ray".to_owned(), mean(tests));
+            }
+        }
+        facts
+    }
+}
+
+fn batch(rays: &RaySet) -> RayBatch<'_> {
+    let doubles = &rays.doubles;
+    RayBatch {
+        origins: Vectors::F64(&doubles.origins),
+        directions: Vectors::F64(&doubles.directions),
+        t_min: Limits::All(0.0),
+        t_max: Limits::Each(&doubles.t_max),
+    }
+}
+
+fn found(hit: Option<Hit>) -> Found {
+    hit.map_or((f32::INFINITY, u32::MAX), |hit| (hit.t as f32, hit.triangle))
+}
+
+impl BihTree<'_> {
+    /// The core's own call for each ray, on all threads.
+    fn each<Q: Query>(&self, rays: &[Ray]) -> Vec<Q::Answer> {
+        let mut answers = vec![Q::Answer::default(); rays.len()];
+        answers.par_chunks_mut(CHUNK).zip(rays.par_chunks(CHUNK)).for_each(|(answers, rays)| {
+            let _standard = FloatEnvironment::standard();
+            dispatch(Chunk::<Q> { tree: &self.tree, triangles: &self.triangles, rays, answers });
+        });
+        answers
+    }
+}
+
+/// What is asked of each ray.
+trait Query {
+    type Answer: Clone + Default + Send;
+    fn answer<L: Lanes>(tree: &Tree, triangles: &Triangles, ray: &bih_core::Ray, stack: &mut Stack) -> Self::Answer;
+}
+
+struct Nearest;
+
+impl Query for Nearest {
+    type Answer = Option<Hit>;
+    #[inline(always)]
+    fn answer<L: Lanes>(tree: &Tree, triangles: &Triangles, ray: &bih_core::Ray, stack: &mut Stack) -> Option<Hit> {
+        closest::<L, _>(tree, triangles, ray, stack, &mut Uncounted)
+    }
+}
+
+struct Any;
+
+impl Query for Any {
+    type Answer = bool;
+    #[inline(always)]
+    fn answer<L: Lanes>(tree: &Tree, triangles: &Triangles, ray: &bih_core::Ray, stack: &mut Stack) -> bool {
+        occluded::<L, _>(tree, triangles, ray, stack, &mut Uncounted)
+    }
+}
+
+struct Chunk<'a, Q: Query> {
+    tree: &'a Tree,
+    triangles: &'a Triangles<'a>,
+    rays: &'a [Ray],
+    answers: &'a mut [Q::Answer],
+}
+
+impl<Q: Query> Kernel for Chunk<'_, Q> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let mut stack = Stack::default();
+        for (ray, answer) in self.rays.iter().zip(self.answers) {
+            let ray = bih_core::Ray {
+                origin: ray.origin.map(f64::from),
+                direction: ray.direction.map(f64::from),
+                t_min: f64::from(ray.t_min),
+                t_max: f64::from(ray.t_max),
+            };
+            *answer = Q::answer::<L>(self.tree, self.triangles, &ray, &mut stack);
+        }
+    }
+}

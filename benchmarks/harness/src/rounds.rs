@@ -1,0 +1,53 @@
+//! Clocks: sides in turn, round by round, so that a slower minute of the machine is shared by all.
+
+use std::time::Instant;
+
+use serde_json::{Map, Value, json};
+
+/// How often, and for how long.
+#[derive(Debug, Clone, Copy)]
+pub struct Rounds {
+    pub count: usize,
+    pub seconds: f64,
+}
+
+/// Seconds of each round.
+#[derive(Debug, Clone, Default)]
+pub struct Clock(Vec<f64>);
+
+impl Rounds {
+    /// Let each of `sides` be timed once a round, after a round that warms up and is not counted.
+    pub fn run(self, sides: usize, mut time: impl FnMut(usize) -> f64) -> Vec<Clock> {
+        let mut clocks = vec![Clock::default(); sides];
+        let start = Instant::now();
+        for round in 0..=self.count {
+            for (side, clock) in clocks.iter_mut().enumerate() {
+                let seconds = time(side);
+                if round > 0 {
+                    clock.0.push(seconds);
+                }
+            }
+            if round > 0 && start.elapsed().as_secs_f64() > self.seconds {
+                break;
+            }
+        }
+        clocks
+    }
+}
+
+impl Clock {
+    pub fn median(&self) -> f64 {
+        let mut sorted = self.0.clone();
+        sorted.sort_by(f64::total_cmp);
+        let middle = sorted.len() / 2;
+        if sorted.len().is_multiple_of(2) { 0.5 * (sorted[middle - 1] + sorted[middle]) } else { sorted[middle] }
+    }
+
+    pub fn facts(&self) -> Map<String, Value> {
+        let mut facts = Map::new();
+        facts.insert("seconds".to_owned(), json!(self.median()));
+        facts.insert("least".to_owned(), json!(self.0.iter().copied().fold(f64::INFINITY, f64::min)));
+        facts.insert("rounds".to_owned(), json!(self.0));
+        facts
+    }
+}

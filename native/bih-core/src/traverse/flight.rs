@@ -1,0 +1,186 @@
+//! Many rays in flight: while one waits for memory, others are worked on.
+
+use std::hint::select_unpredictable;
+
+use super::fast::{FastClosest, FastOccluded};
+use super::postponed::{DONE, Postponed};
+use super::scene::Scene;
+use super::search::Search;
+use super::slab::Slab;
+use super::watertight::{WatertightClosest, WatertightOccluded};
+use super::wide::walk_slowly;
+use super::{Hit, Stack, Uncounted, closest, occlusion};
+use crate::build::Precision;
+use crate::geometry::{Ray, Triangles};
+use crate::simd::Lanes;
+use crate::tree::{Child, Tree};
+
+/// Rays that one thread has in flight: docs/decisions/rays-in-flight.md.
+const RAYS: usize = 32;
+
+/// Rays to trace, and what becomes of their answers.
+pub trait Rays<A> {
+    /// The next valid ray and its number.
+    fn next(&mut self) -> Option<(usize, Ray)>;
+
+    /// The answer for the ray of this number.
+    fn answer(&mut self, number: usize, answer: A);
+}
+
+/// A ray on its way.
+#[derive(Clone, Copy)]
+struct Flying<S> {
+    slab: Slab,
+    search: S,
+    number: usize,
+    /// What it tests next.
+    word: u32,
+    /// The end of its stack.
+    end: u32,
+}
+
+/// Which rays wait for the same kind of work.
+struct Queue {
+    /// As many as a `u8` can count: no place needs a check.
+    rays: [u8; 256],
+    len: u8,
+}
+
+impl Queue {
+    fn new() -> Self {
+        Self { rays: [0; 256], len: 0 }
+    }
+
+    #[inline(always)]
+    fn get(&self, place: u8) -> usize {
+        usize::from(self.rays[usize::from(place)])
+    }
+
+    /// Add a ray if `is_wanted`, without a branch.
+    #[inline(always)]
+    fn add_if(&mut self, is_wanted: bool, ray: usize) {
+        self.rays[usize::from(self.len)] = ray as u8;
+        self.len = self.len.wrapping_add(u8::from(is_wanted));
+    }
+}
+
+/// Rays by what they wait for.
+struct Queues {
+    records: Queue,
+    leaves: Queue,
+    done: Queue,
+}
+
+impl Queues {
+    /// Which of them is not predictable: no branch.
+    #[inline(always)]
+    fn add(&mut self, ray: usize, word: u32) {
+        let (is_leaf, is_done) = (Child::is_leaf(word), word == DONE);
+        self.records.add_if(!is_leaf && !is_done, ray);
+        self.leaves.add_if(is_leaf, ray);
+        self.done.add_if(is_done, ray);
+    }
+}
+
+/// The nearest hit of each ray, the same as `closest` gives; answered in no particular order.
+#[inline(always)]
+pub fn closest_in_flight<L: Lanes, R: Rays<Option<Hit>>>(tree: &Tree, triangles: &Triangles, rays: &mut R) {
+    if let Some(wide) = &tree.wide {
+        let scene = Scene::new(wide, tree, triangles);
+        return match tree.precision {
+            Precision::Fast => fly::<L, FastClosest, R>(&scene, rays),
+            Precision::Watertight => fly::<L, WatertightClosest, R>(&scene, rays),
+        };
+    }
+    let mut stack = Stack::default();
+    while let Some((number, ray)) = rays.next() {
+        rays.answer(number, closest::in_nodes(tree, triangles, &ray, &mut stack, &mut Uncounted));
+    }
+}
+
+/// Whether each ray hits anything, the same as `occluded` gives; answered in no particular order.
+#[inline(always)]
+pub fn occluded_in_flight<L: Lanes, R: Rays<bool>>(tree: &Tree, triangles: &Triangles, rays: &mut R) {
+    if let Some(wide) = &tree.wide {
+        let scene = Scene::new(wide, tree, triangles);
+        return match tree.precision {
+            Precision::Fast => fly::<L, FastOccluded, R>(&scene, rays),
+            Precision::Watertight => fly::<L, WatertightOccluded, R>(&scene, rays),
+        };
+    }
+    let mut stack = Stack::default();
+    while let Some((number, ray)) = rays.next() {
+        rays.answer(number, occlusion::in_nodes(tree, triangles, &ray, &mut stack, &mut Uncounted));
+    }
+}
+
+/// Trace all rays.
+#[inline(always)]
+fn fly<L: Lanes, S: Search, R: Rays<S::Answer>>(scene: &Scene, rays: &mut R) {
+    if scene.wide.records.is_empty() {
+        while let Some((number, ray)) = rays.next() {
+            rays.answer(number, S::new(&ray, scene).answer(scene));
+        }
+        return;
+    }
+    let Some(first) = start::<S, R>(scene, rays) else { return };
+    let mut flying = [first; RAYS];
+    let mut stacks = Postponed::new(RAYS, scene.wide.depth);
+    let mut queues = Queues { records: Queue::new(), leaves: Queue::new(), done: Queue::new() };
+    flying[0].end = stacks.start(0);
+    queues.records.add_if(true, 0);
+    for (place, slot) in flying.iter_mut().enumerate().skip(1) {
+        let Some(ray) = start::<S, R>(scene, rays) else { break };
+        *slot = Flying { end: stacks.start(place), ..ray };
+        queues.records.add_if(true, place);
+    }
+    while queues.records.len | queues.leaves.len > 0 {
+        // A queue is filled again from its start while it is read: no more is added than was read.
+        for place in 0..std::mem::take(&mut queues.records.len) {
+            let number = queues.records.get(place);
+            let ray = &mut flying[number % RAYS];
+            let record = scene.record(ray.word);
+            let limit = ray.search.limit();
+            // First of all whether there is room: a check in between splits loads from their use.
+            let (nears, words) = stacks.room(ray.end);
+            let (near, far) = ray.slab.clip::<L>(record, limit);
+            let order = record.order(ray.slab.octant());
+            let places = near.push(far, record.words(), order, nears, words);
+            (ray.word, ray.end) = stacks.next(ray.end, places, record.last(order, places), limit);
+            scene.prefetch(ray.word);
+            queues.add(number, ray.word);
+        }
+        for place in 0..std::mem::take(&mut queues.leaves.len) {
+            let number = queues.leaves.get(place);
+            let ray = &mut flying[number % RAYS];
+            let is_known = ray.search.test::<L>(scene, Scene::leaf(ray.word), stacks.near(ray.end));
+            let end = select_unpredictable(is_known, stacks.start(number), ray.end);
+            (ray.word, ray.end) = stacks.pop(end, ray.search.limit());
+            scene.prefetch(ray.word);
+            queues.add(number, ray.word);
+        }
+        for place in 0..std::mem::take(&mut queues.done.len) {
+            let number = queues.done.get(place);
+            let ray = &mut flying[number % RAYS];
+            rays.answer(ray.number, ray.search.answer(scene));
+            if let Some(next) = start::<S, R>(scene, rays) {
+                *ray = Flying { end: stacks.start(number), ..next };
+                queues.records.add_if(true, number);
+            }
+        }
+    }
+}
+
+/// The next ray that single precision has room for; others are traced at once.
+#[inline(always)]
+fn start<S: Search, R: Rays<S::Answer>>(scene: &Scene, rays: &mut R) -> Option<Flying<S>> {
+    loop {
+        let (number, ray) = rays.next()?;
+        let mut search = S::new(&ray, scene);
+        if let Some(slab) = search.slab(&ray, scene) {
+            return Some(Flying { slab, search, number, word: 0, end: 0 });
+        }
+        walk_slowly::<S, Uncounted>(scene, &mut search, &mut Postponed::default(), &mut Uncounted);
+        rays.answer(number, search.answer(scene));
+    }
+}

@@ -1,0 +1,92 @@
+//! The children of wide records that rays have put off.
+
+use std::hint::select_unpredictable;
+
+use crate::tree::{Child, WIDTH};
+
+/// Stands at the bottom of each stack, before any limit: a word that is no child.
+pub(super) const DONE: u32 = Child::NONE;
+
+/// The place of such a one.
+const BOTTOM: u32 = 0;
+
+/// Stacks of some rays, one behind another: where a child is entered, and its word. The end of a ray's stack is kept with
+/// the ray.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Postponed {
+    nears: Vec<f32>,
+    words: Vec<u32>,
+    /// Room of each.
+    stride: usize,
+}
+
+impl Postponed {
+    /// Room for this many rays that walk over records of this depth.
+    pub(super) fn new(rays: usize, depth: usize) -> Self {
+        // A step down takes one entry and adds `WIDTH` at most.
+        let stride = (WIDTH - 1) * depth + 2;
+        let mut stacks = Self { nears: vec![0.0; rays * stride], words: vec![0; rays * stride], stride };
+        for bottom in (0..rays).map(|ray| ray * stride) {
+            stacks.nears[bottom] = f32::NEG_INFINITY;
+            stacks.words[bottom] = DONE;
+        }
+        stacks
+    }
+
+    /// Room for one ray that walks over records of this depth.
+    #[inline(always)]
+    pub(super) fn reserve(&mut self, depth: usize) {
+        if self.stride < (WIDTH - 1) * depth + 2 {
+            *self = Self::new(1, depth);
+        }
+    }
+
+    /// The end of the empty stack of a ray.
+    #[inline(always)]
+    pub(super) fn start(&self, ray: usize) -> u32 {
+        (ray * self.stride) as u32 + 1
+    }
+
+    /// Where the children of a record go.
+    #[inline(always)]
+    pub(super) fn room(&mut self, end: u32) -> (&mut [f32; WIDTH], &mut [u32; WIDTH]) {
+        let range = end as usize..end as usize + WIDTH;
+        let nears = self.nears.get_mut(range.clone()).and_then(<[f32]>::first_chunk_mut);
+        let words = self.words.get_mut(range).and_then(<[u32]>::first_chunk_mut);
+        nears.zip(words).expect("a stack has room for a step at any depth of its tree")
+    }
+
+    /// The nearest of the children that were put there just now, else the last entry before them; and the new end.
+    ///
+    /// The former need not be read back nor compared, and there is no branch on which of both it is: it could not be
+    /// predicted.
+    #[inline(always)]
+    pub(super) fn next(&self, end: u32, places: u8, nearest: u32, limit: f32) -> (u32, u32) {
+        let is_any = places != 0;
+        let mut last = end + places.count_ones() - 1;
+        let mut compared = select_unpredictable(is_any, BOTTOM, last);
+        // The lowest entry is before any limit.
+        while self.nears[compared as usize] > limit {
+            compared -= 1;
+            last = compared;
+        }
+        (select_unpredictable(is_any, nearest, self.words[compared as usize]), last)
+    }
+
+    /// The last entry that begins before the limit, and the new end; what was behind it is dropped.
+    #[inline(always)]
+    pub(super) fn pop(&self, mut end: u32, limit: f32) -> (u32, u32) {
+        loop {
+            end -= 1;
+            if self.nears[end as usize] <= limit {
+                return (self.words[end as usize], end);
+            }
+        }
+    }
+
+    /// Where the entry was entered that was taken last and left this end.
+    #[inline(always)]
+    pub(super) fn near(&self, end: u32) -> f32 {
+        self.nears[end as usize]
+    }
+}

@@ -1,0 +1,136 @@
+//! What the walks over wide records read.
+
+use super::slab;
+use crate::geometry::{Corners, Triangles};
+use crate::simd::{Lanes, prefetch};
+use crate::tree::{Child, Record, Target, Tree, WIDTH, Wide};
+
+/// Numbers from the start of a leaf that whole vectors are read from.
+const ROWS: usize = 9 * WIDTH;
+
+/// Numbers of a record.
+const RECORD: usize = Record::BYTES / size_of::<f32>();
+
+/// A wide tree and its triangles.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Scene<'a> {
+    pub wide: &'a Wide,
+    pub tree: &'a Tree,
+    pub triangles: &'a Triangles<'a>,
+    /// Whether single precision has room for the coordinates.
+    pub is_small: bool,
+}
+
+/// A leaf's range of references, 1 to 8 of them.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Leaf {
+    pub first: usize,
+    pub count: usize,
+}
+
+impl Leaf {
+    /// One bit for each triangle.
+    #[inline(always)]
+    pub(super) fn lanes(&self) -> u8 {
+        ((1u16 << self.count) - 1) as u8
+    }
+}
+
+impl<'a> Scene<'a> {
+    pub(super) fn new(wide: &'a Wide, tree: &'a Tree, triangles: &'a Triangles<'a>) -> Self {
+        Self { wide, tree, triangles, is_small: slab::is_small(&tree.bounds) }
+    }
+
+    #[inline(always)]
+    pub(super) fn record(&self, word: u32) -> &'a Record {
+        &self.wide.records[word as usize]
+    }
+
+    #[inline(always)]
+    pub(super) fn leaf(word: u32) -> Leaf {
+        match Child::from_word(word).target() {
+            Target::Leaf { first, count } => Leaf { first, count },
+            Target::Record(_) => unreachable!("asked of leaves only"),
+        }
+    }
+
+    /// The caller's row of a reference.
+    #[inline(always)]
+    pub(super) fn row(&self, reference: usize) -> u32 {
+        self.tree.order[reference]
+    }
+
+    /// The corners of a triangle of a leaf in double precision.
+    #[inline(always)]
+    pub(super) fn corners(&self, leaf: Leaf, lane: usize) -> Corners {
+        // In single precision the corners are at hand.
+        let stored = self.wide.corners(leaf.first, leaf.count, lane);
+        stored.unwrap_or_else(|| self.triangles.corners(self.row(leaf.first + lane)))
+    }
+
+    /// The first, second and third vertices of the triangles of a leaf; lanes without one hold anything.
+    #[inline(always)]
+    pub(super) fn vertices<L: Lanes>(&self, leaf: Leaf) -> [[L; 3]; 3] {
+        let start = 9 * leaf.first;
+        let gathered;
+        let rows = match self.wide.rows.get(start..start + ROWS).and_then(<[f32]>::first_chunk) {
+            Some(rows) => rows,
+            None => {
+                gathered = self.gathered(leaf);
+                &gathered
+            }
+        };
+        vertices(rows, leaf.count)
+    }
+
+    /// The rows of a leaf at the end, or of a mesh of double precision, whose corners are rounded.
+    #[cold]
+    #[inline(never)]
+    fn gathered(&self, leaf: Leaf) -> [f32; ROWS] {
+        let mut rows = [0.0; ROWS];
+        for lane in 0..leaf.count {
+            let corners = self.triangles.corners(self.row(leaf.first + lane));
+            for (row, &value) in corners.as_flattened().iter().enumerate() {
+                rows[row * leaf.count + lane] = value as f32;
+            }
+        }
+        rows
+    }
+
+    /// Tell the processor what is read next; without a branch, which could not be predicted.
+    #[inline(always)]
+    pub(super) fn prefetch(&self, word: u32) {
+        let records: &[f32] = bytemuck::cast_slice(&self.wide.records);
+        let index = Child::index(word);
+        let (numbers, start) =
+            if Child::is_leaf(word) { (&self.wide.rows[..], 9 * index) } else { (records, RECORD * index) };
+        prefetch::<4, _>(numbers, start);
+    }
+}
+
+#[inline(always)]
+fn vertices<L: Lanes>(rows: &[f32; ROWS], count: usize) -> [[L; 3]; 3] {
+    // No closure: it would hold lanes.
+    [
+        [row(rows, 0, count), row(rows, 1, count), row(rows, 2, count)],
+        [row(rows, 3, count), row(rows, 4, count), row(rows, 5, count)],
+        [row(rows, 6, count), row(rows, 7, count), row(rows, 8, count)],
+    ]
+}
+
+#[inline(always)]
+fn row<L: Lanes>(rows: &[f32; ROWS], row: usize, count: usize) -> L {
+    // Never past the end: `count` is at most `WIDTH`.
+    let start = (row * count).min(ROWS - WIDTH);
+    L::load(rows[start..].first_chunk().unwrap_or(&[0.0; WIDTH]))
+}
+
+/// The places of the bits that are set.
+#[inline(always)]
+pub(super) fn bits(mut mask: u8) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let lane = mask.trailing_zeros() as usize;
+        mask &= mask.wrapping_sub(1);
+        (lane < 8).then_some(lane)
+    })
+}
