@@ -29,7 +29,7 @@ impl Kernel for Answers<'_> {
         let mut hits = vec![None; self.rays.len()];
         let mut hidden = Vec::new();
         for (rays, hits) in self.rays.chunks(self.together).zip(hits.chunks_mut(self.together)) {
-            packet::closest::<L>(self.tree, self.triangles, rays, &mut stack, hits);
+            packet::closest::<L>(self.tree, self.triangles, rays, &mut stack, |i, hit| hits[i] = hit);
             let bits = packet::occluded::<L>(self.tree, self.triangles, rays, &mut stack);
             hidden.extend((0..rays.len()).map(|i| bits >> i & 1 != 0));
         }

@@ -163,7 +163,7 @@ impl TileKernel<'_> {
             for (ray, &[x, y]) in rays.iter_mut().zip(block.places()) {
                 *ray = camera.ray(tile.x + x as u32, tile.y + y as u32, offset);
             }
-            packet::closest::<L>(tree, triangles, &rays[..len], stack, &mut hits[..len]);
+            packet::closest::<L>(tree, triangles, &rays[..len], stack, |i, hit| hits[i] = hit);
             let mut found = Found::new();
             for (i, (ray, hit)) in rays.iter().zip(&hits).enumerate().take(len) {
                 if let Some(hit) = hit {

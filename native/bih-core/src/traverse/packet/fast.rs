@@ -1,51 +1,38 @@
 //! Leaves in single precision alone.
 
-use super::rays::{Column, Group, Packet, Rows};
+use super::bundle::Bundle;
+use super::rays::{Group, Rows, T_MIN};
 use super::slabs::Slabs;
 use super::triangles::Meeting;
 use super::walk::{Leaf, Query, Triangles};
-use super::{GROUPS, Hits, bits};
+use super::{GROUPS, bits};
 use crate::simd::{Lanes, Mask};
 use crate::traverse::Hit;
 use crate::tree::WIDTH;
 
+/// One number of each ray, group by group.
+type Column = [[f32; WIDTH]; GROUPS];
+
 /// Of no triangle.
 const NO_PLACE: u32 = u32::MAX;
-/// Where t_min stands in a row.
-const T_MIN: usize = 6;
 
 /// The rays as the boxes see them.
 #[inline(always)]
-pub(super) fn slabs<L: Lanes>(rays: &Group<L>) -> Slabs<L> {
-    let origin = rays.origin;
-    let mut slabs = Slabs {
-        near_origin: origin,
-        near_reciprocal: origin,
-        far_origin: origin,
-        far_reciprocal: origin,
-        t_min: rays.t_min,
-    };
-    for (axis, &direction) in rays.direction.iter().enumerate() {
-        let reciprocal = L::splat(1.0).over(direction);
-        slabs.near_reciprocal[axis] = reciprocal.times(L::splat(1.0 - 2.0 * f32::EPSILON));
-        slabs.far_reciprocal[axis] = reciprocal.times(L::splat(1.0 + 3.0 * f32::EPSILON));
-        let magnitude = reciprocal.magnitude();
-        let is_regular =
-            L::splat(2.0 * f32::MIN_POSITIVE).at_most(magnitude).and(magnitude.below(L::splat(f32::MAX / 2.0)));
-        if is_regular.bits() != u8::MAX {
-            let [near, far] = irregular(direction.store());
-            slabs.near_reciprocal[axis] = slabs.near_reciprocal[axis].select(is_regular, L::load(&near));
-            slabs.far_reciprocal[axis] = slabs.far_reciprocal[axis].select(is_regular, L::load(&far));
-        }
+fn slabs<L: Lanes>(rays: &Group<L>) -> Slabs<L> {
+    let Group { origin, t_min, .. } = *rays;
+    let (mut near_reciprocal, mut far_reciprocal) = (rays.direction, rays.direction);
+    for axis in 0..3 {
+        let reciprocal = L::splat(1.0).over(rays.direction[axis]);
+        near_reciprocal[axis] = reciprocal.times(L::splat(1.0 - 2.0 * f32::EPSILON));
+        far_reciprocal[axis] = reciprocal.times(L::splat(1.0 + 3.0 * f32::EPSILON));
     }
-    slabs
+    Slabs { near_origin: origin, near_reciprocal, far_origin: origin, far_reciprocal, t_min }
 }
 
-/// Reciprocals of directions that are zero, or nearly.
-#[cold]
-fn irregular(directions: [f32; WIDTH]) -> [[f32; WIDTH]; 2] {
-    let near = directions.map(|d| if d == 0.0 { f32::INFINITY } else { f32::MAX }.copysign(d));
-    [near, directions.map(|d| f32::INFINITY.copysign(d))]
+/// How far the rays matter: to a finite number.
+#[inline(always)]
+fn limits<L: Lanes>(rays: &Group<L>) -> L {
+    rays.t_max.minimum(L::splat(f32::MAX))
 }
 
 /// t where it is no less than `t_min` and no more than `limit`, and for which lanes that is.
@@ -173,29 +160,17 @@ impl<'a, L: Lanes> Closest<'a, L> {
         is_shorter
     }
 
-    /// The distances of some rays' hits, if any, are their limits.
+    /// The hits of the active rays.
     #[inline(always)]
-    pub fn keep(&mut self, limits: &Column, active: u64) {
+    pub fn collect(&self, active: u64, mut answer: impl FnMut(usize, Option<Hit>)) {
         for group in 0..GROUPS {
-            let mask = L::mask((active >> (WIDTH * group)) as u8);
-            self.t[group] = L::load(&limits[group]).select(mask, L::load(&self.t[group])).store();
-        }
-    }
-
-    /// The hits of all rays but those that were answered otherwise.
-    #[inline(always)]
-    pub fn collect(&self, active: u64, hits: Hits) {
-        for (group, hits) in hits.chunks_mut(WIDTH).enumerate() {
             let size = L::load(&self.size[group]);
             let u = L::load(&self.u[group]).over(size).store();
             let v = L::load(&self.v[group]).over(size).store();
-            let active = active >> (WIDTH * group);
-            for (lane, hit) in hits.iter_mut().enumerate() {
-                if active >> lane & 1 != 0 {
-                    let triangle = self.order.get(self.place[group][lane].to_bits() as usize).copied();
-                    let [t, u, v] = [self.t[group][lane], u[lane], v[lane]].map(f64::from);
-                    *hit = triangle.map(|triangle| Hit { t, triangle, u, v });
-                }
+            for lane in bits((active >> (WIDTH * group)) as u8) {
+                let triangle = self.order.get(self.place[group][lane].to_bits() as usize).copied();
+                let [t, u, v] = [self.t[group][lane], u[lane], v[lane]].map(f64::from);
+                answer(WIDTH * group + lane, triangle.map(|triangle| Hit { t, triangle, u, v }));
             }
         }
     }
@@ -220,9 +195,19 @@ fn are_few(rays: u8, triangles: &Triangles) -> bool {
 
 impl<L: Lanes> Query<L> for Closest<'_, L> {
     #[inline(always)]
+    fn slabs(rays: &Group<L>) -> Slabs<L> {
+        slabs(rays)
+    }
+
+    #[inline(always)]
+    fn limits(rays: &Group<L>) -> L {
+        limits(rays)
+    }
+
+    #[inline(always)]
     fn test(
         &mut self,
-        packet: &mut Packet<'_, L>,
+        bundle: &mut Bundle<L>,
         leaf: &Leaf,
         triangles: &Triangles,
         group: usize,
@@ -234,7 +219,7 @@ impl<L: Lanes> Query<L> for Closest<'_, L> {
             let near = near.store();
             for ray in bits(rays) {
                 crate::count!(10, 1);
-                is_shorter |= self.test_ray(&mut packet.limits, triangles, leaf, group, ray, near[ray]);
+                is_shorter |= self.test_ray(&mut bundle.limits, triangles, leaf, group, ray, near[ray]);
             }
         } else {
             let rays = L::mask(rays);
@@ -248,13 +233,22 @@ impl<L: Lanes> Query<L> for Closest<'_, L> {
             for lane in bits(met) {
                 crate::count!(13, 1);
                 let place = f32::from_bits((leaf.first + lane) as u32);
-                is_shorter |= self.test_triangle(&mut packet.limits, triangles, lane, place, group, rays, near);
+                is_shorter |= self.test_triangle(&mut bundle.limits, triangles, lane, place, group, rays, near);
             }
         }
         if is_shorter {
-            packet.shorten(group, L::load(&packet.limits[group]));
+            bundle.shorten(group, L::load(&bundle.limits[group]));
         }
         is_shorter
+    }
+
+    /// The distances of hits are the limits.
+    #[inline(always)]
+    fn end(&mut self, bundle: &Bundle<L>, active: u64) {
+        for group in 0..GROUPS {
+            let mask = L::mask((active >> (WIDTH * group)) as u8);
+            self.t[group] = L::load(&bundle.limits[group]).select(mask, L::load(&self.t[group])).store();
+        }
     }
 }
 
@@ -275,16 +269,26 @@ impl<'a, L: Lanes> Occluded<'a, L> {
 
 impl<L: Lanes> Query<L> for Occluded<'_, L> {
     #[inline(always)]
+    fn slabs(rays: &Group<L>) -> Slabs<L> {
+        slabs(rays)
+    }
+
+    #[inline(always)]
+    fn limits(rays: &Group<L>) -> L {
+        limits(rays)
+    }
+
+    #[inline(always)]
     fn test(
         &mut self,
-        packet: &mut Packet<'_, L>,
+        bundle: &mut Bundle<L>,
         _: &Leaf,
         triangles: &Triangles,
         group: usize,
         rays: u8,
         near: L,
     ) -> bool {
-        let limits = L::load(&packet.limits[group]);
+        let limits = L::load(&bundle.limits[group]);
         let t_min = self.groups[group].t_min;
         let mut hidden = 0;
         if are_few(rays, triangles) {
@@ -295,7 +299,7 @@ impl<L: Lanes> Query<L> for Occluded<'_, L> {
                 let (meeting, inside) = one_ray::<L>(row, triangles);
                 if inside != 0 {
                     let t_min = L::splat(row[T_MIN]);
-                    let limit = L::splat(packet.limits[group][ray]);
+                    let limit = L::splat(bundle.limits[group][ray]);
                     let (_, within) = within(&meeting, t_min, limit, L::splat(near[ray]));
                     hidden |= u8::from(within.bits() & inside != 0) << ray;
                 }
@@ -323,7 +327,7 @@ impl<L: Lanes> Query<L> for Occluded<'_, L> {
             return false;
         }
         self.hidden |= u64::from(hidden) << (WIDTH * group);
-        packet.shorten(group, L::splat(f32::NEG_INFINITY).select(L::mask(hidden), limits));
+        bundle.shorten(group, L::splat(f32::NEG_INFINITY).select(L::mask(hidden), limits));
         true
     }
 }

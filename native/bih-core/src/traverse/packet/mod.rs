@@ -4,6 +4,8 @@
 //! groups, and a leaf against the rays of the groups that are left (docs/decisions/packets.md). What is left out is what
 //! no ray meets, so the answers are those of single rays.
 
+mod bundle;
+mod extremes;
 mod fast;
 mod rays;
 mod shaft;
@@ -12,15 +14,15 @@ mod triangles;
 mod walk;
 mod watertight;
 
-use rays::{Column, Group, Packet, Rows, rows};
-use slabs::Slabs;
+use bundle::Bundle;
+use rays::{Group, Rows, filled, groups, octants, rows};
 pub(super) use walk::Entry;
-use walk::walk;
+use walk::{Query, walk};
 
 use super::{Hit, Stack, Uncounted};
 use crate::build::Precision;
 use crate::geometry::{Ray, Triangles};
-use crate::simd::{Lanes, Mask};
+use crate::simd::Lanes;
 use crate::tree::{Tree, WIDTH, Wide};
 
 /// Rays of a packet at most.
@@ -33,42 +35,37 @@ const GROUPS: usize = 8;
 const ORIGINS: f64 = 0.25;
 const DIRECTIONS: f64 = 0.5;
 
-type Hits<'a> = &'a mut [Option<Hit>];
-
-/// The nearest hits of up to `PACKET` rays, those of `traverse::closest`; none for invalid rays.
+/// The nearest hits of up to `PACKET` rays, those of `traverse::closest`; none for invalid rays. `answer` is told each
+/// ray's once, in any order.
 #[inline(always)]
-pub fn closest<L: Lanes>(tree: &Tree, triangles: &Triangles, rays: &[Ray], stack: &mut Stack, hits: Hits) {
-    assert!(rays.len() <= PACKET && rays.len() == hits.len(), "{} rays, {} hits", rays.len(), hits.len());
+pub fn closest<L: Lanes>(
+    tree: &Tree,
+    triangles: &Triangles,
+    rays: &[Ray],
+    stack: &mut Stack,
+    mut answer: impl FnMut(usize, Option<Hit>),
+) {
+    assert!(rays.len() <= PACKET, "{} rays", rays.len());
     let rows = rows::<L>(rays);
     let groups = groups::<L>(&rows);
     let active = active(tree, &groups);
     for i in alone(rays, active) {
         let is_valid = rays[i].is_valid();
-        hits[i] =
+        let hit =
             if is_valid { super::closest::<L, _>(tree, triangles, &rays[i], stack, &mut Uncounted) } else { None };
+        answer(i, hit);
     }
     let Some(wide) = tree.wide.as_ref().filter(|_| active != 0) else { return };
     match tree.precision {
         Precision::Fast => {
             let mut query = fast::Closest::new(&rows, &groups, &tree.order);
-            let (slabs, limits) = fast_slabs(&groups);
-            for (octant, active) in octants(&slabs, active) {
-                if let Some(mut packet) = Packet::new(&slabs, &limits, active, octant, tree, &wide.records[0]) {
-                    walk(wide, &mut packet, &mut stack.packet, &mut query);
-                    query.keep(&packet.limits, active);
-                }
-            }
-            query.collect(active, hits);
+            trace(tree, wide, &rows, &groups, active, stack, &mut query);
+            query.collect(active, answer);
         }
         Precision::Watertight => {
             let mut query = watertight::Closest::new(rays, &groups, tree);
-            let (slabs, limits) = watertight_slabs(&groups);
-            for (octant, active) in octants(&slabs, active) {
-                if let Some(mut packet) = Packet::new(&slabs, &limits, active, octant, tree, &wide.records[0]) {
-                    walk(wide, &mut packet, &mut stack.packet, &mut query);
-                }
-            }
-            query.collect(active, hits);
+            trace(tree, wide, &rows, &groups, active, stack, &mut query);
+            query.collect(active, answer);
         }
     }
 }
@@ -90,23 +87,39 @@ pub fn occluded<L: Lanes>(tree: &Tree, triangles: &Triangles, rays: &[Ray], stac
     match tree.precision {
         Precision::Fast => {
             let mut query = fast::Occluded::new(&rows, &groups);
-            let (slabs, limits) = fast_slabs(&groups);
-            for (octant, active) in octants(&slabs, active) {
-                if let Some(mut packet) = Packet::new(&slabs, &limits, active, octant, tree, &wide.records[0]) {
-                    walk(wide, &mut packet, &mut stack.packet, &mut query);
-                }
-            }
+            trace(tree, wide, &rows, &groups, active, stack, &mut query);
             hidden | query.hidden
         }
         Precision::Watertight => {
             let mut query = watertight::Occluded::new(rays, &groups, tree);
-            let (slabs, limits) = watertight_slabs(&groups);
-            for (octant, active) in octants(&slabs, active) {
-                if let Some(mut packet) = Packet::new(&slabs, &limits, active, octant, tree, &wide.records[0]) {
-                    walk(wide, &mut packet, &mut stack.packet, &mut query);
-                }
-            }
+            trace(tree, wide, &rows, &groups, active, stack, &mut query);
             hidden | query.hidden
+        }
+    }
+}
+
+/// Ask about the active rays, one octant after another.
+#[inline(always)]
+fn trace<L: Lanes, Q: Query<L>>(
+    tree: &Tree,
+    wide: &Wide,
+    rows: &Rows,
+    groups: &[Group<L>; GROUPS],
+    active: u64,
+    stack: &mut Stack,
+    query: &mut Q,
+) {
+    for (octant, active) in octants(groups, active) {
+        let others;
+        let groups = if active == u64::MAX {
+            groups
+        } else {
+            others = rays::groups(&filled(rows, active));
+            &others
+        };
+        if let Some(mut bundle) = Bundle::new::<Q>(groups, active, octant, tree, &wide.records[0]) {
+            walk(wide, &mut bundle, &mut stack.packet, query);
+            query.end(&bundle, active);
         }
     }
 }
@@ -145,54 +158,6 @@ fn active<L: Lanes>(tree: &Tree, groups: &[Group<L>; GROUPS]) -> u64 {
 #[inline(always)]
 fn alone(rays: &[Ray], active: u64) -> impl Iterator<Item = usize> {
     bits(!active & u64::MAX.checked_shr((PACKET - rays.len()) as u32).unwrap_or(0))
-}
-
-#[inline(always)]
-fn groups<L: Lanes>(rows: &Rows) -> [Group<L>; GROUPS] {
-    let mut groups = [Group::new(rows, 0); GROUPS];
-    for (i, group) in groups.iter_mut().enumerate() {
-        *group = Group::new(rows, i);
-    }
-    groups
-}
-
-#[inline(always)]
-fn fast_slabs<L: Lanes>(groups: &[Group<L>; GROUPS]) -> ([Slabs<L>; GROUPS], Column) {
-    let mut slabs = [fast::slabs(&groups[0]); GROUPS];
-    let mut limits = [[0.0; WIDTH]; GROUPS];
-    for (i, group) in groups.iter().enumerate() {
-        slabs[i] = fast::slabs(group);
-        limits[i] = group.t_max.minimum(L::splat(f32::MAX)).store();
-    }
-    (slabs, limits)
-}
-
-#[inline(always)]
-fn watertight_slabs<L: Lanes>(groups: &[Group<L>; GROUPS]) -> ([Slabs<L>; GROUPS], Column) {
-    let mut slabs = [watertight::slabs(&groups[0]); GROUPS];
-    let mut limits = [[0.0; WIDTH]; GROUPS];
-    for (i, group) in groups.iter().enumerate() {
-        slabs[i] = watertight::slabs(group);
-        limits[i] = watertight::limits(group).store();
-    }
-    (slabs, limits)
-}
-
-/// The active rays of each octant that has any.
-#[inline(always)]
-fn octants<L: Lanes>(rays: &[Slabs<L>; GROUPS], active: u64) -> impl Iterator<Item = (usize, u64)> + use<L> {
-    let mut negative = [0; 3];
-    for (group, slabs) in rays.iter().enumerate() {
-        for (axis, negative) in negative.iter_mut().enumerate() {
-            // A reciprocal is never zero: that of −0 is −∞.
-            *negative |= u64::from(slabs.near_reciprocal[axis].below(L::splat(0.0)).bits()) << (WIDTH * group);
-        }
-    }
-    (0..8).filter_map(move |octant| {
-        let along = |axis: usize| if octant >> axis & 1 != 0 { negative[axis] } else { !negative[axis] };
-        let there = active & along(0) & along(1) & along(2);
-        (there != 0).then_some((octant, there))
-    })
 }
 
 /// The places of the bits that are set.

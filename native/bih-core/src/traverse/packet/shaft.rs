@@ -1,6 +1,6 @@
 //! Eight triangles against all rays of a packet: which of them none of the rays can meet.
 
-use super::slabs::Slabs;
+use super::extremes::Extremes;
 use super::triangles::{LeafTriangles, cross, dot, minus};
 use crate::geometry::Bounds;
 use crate::simd::{Lanes, Mask};
@@ -25,19 +25,17 @@ pub(super) struct Shaft<L> {
 }
 
 impl<L: Lanes> Shaft<L> {
-    /// `whole` encloses all rays.
     #[inline(always)]
-    pub fn new(whole: &Slabs<L>, bounds: &Bounds) -> Self {
-        let (half, one, zero) = (L::splat(0.5), L::splat(1.0), L::splat(0.0));
+    pub fn new(rays: &Extremes<L>, bounds: &Bounds) -> Self {
+        let (half, zero) = (L::splat(0.5), L::splat(0.0));
         let [mut origin, mut spread, mut direction, mut direction_spread, mut longest, mut reach] = [[zero; 3]; 6];
         for axis in 0..3 {
-            let [a, b] = [whole.near_origin[axis], whole.far_origin[axis]];
+            let [a, b] = [rays.least_origin[axis], rays.most_origin[axis]];
             origin[axis] = a.plus(b).times(half);
-            spread[axis] = a.minus(b).magnitude().times(half);
-            // The reciprocals are padded outward, so that theirs hold the directions.
-            let [a, b] = [one.over(whole.near_reciprocal[axis]), one.over(whole.far_reciprocal[axis])];
+            spread[axis] = b.minus(a).times(half);
+            let [a, b] = [rays.least_direction[axis], rays.most_direction[axis]];
             direction[axis] = a.plus(b).times(half);
-            direction_spread[axis] = a.minus(b).magnitude().times(half).plus(L::splat(f32::MIN_POSITIVE));
+            direction_spread[axis] = b.minus(a).times(half);
             longest[axis] = direction[axis].magnitude().plus(direction_spread[axis]);
             let to_lower = origin[axis].minus(L::splat(bounds.lower[axis])).magnitude();
             let to_upper = origin[axis].minus(L::splat(bounds.upper[axis])).magnitude();

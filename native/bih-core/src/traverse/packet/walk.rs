@@ -1,7 +1,8 @@
 //! The walk of a packet down the wide records.
 
-use super::rays::Packet;
-use super::slabs::Sides;
+use super::bundle::Bundle;
+use super::rays::Group;
+use super::slabs::{Sides, Slabs};
 use super::triangles::{LeafTriangles, Stored};
 use super::{GROUPS, bits};
 use crate::simd::{Lanes, Mask, prefetch};
@@ -43,36 +44,41 @@ pub(super) struct Triangles {
 
 /// What is asked of the rays of a packet at leaves.
 pub(super) trait Query<L: Lanes> {
+    /// Rays as boxes see them; monotone in each of their numbers.
+    fn slabs(rays: &Group<L>) -> Slabs<L>;
+
+    /// How far rays matter.
+    fn limits(rays: &Group<L>) -> L;
+
     /// Test some rays of a group, which enter the leaf's box at `near`, against some triangles. Answers whether any of
     /// the rays matters less far.
     fn test(
         &mut self,
-        packet: &mut Packet<'_, L>,
+        bundle: &mut Bundle<L>,
         leaf: &Leaf,
         triangles: &Triangles,
         group: usize,
         rays: u8,
         near: L,
     ) -> bool;
+
+    /// All that the active rays of a bundle may meet has been shown.
+    #[inline(always)]
+    fn end(&mut self, _: &Bundle<L>, _active: u64) {}
 }
 
 const LANES: [u32; WIDTH] = [0, 1, 2, 3, 4, 5, 6, 7];
 
 /// Show the query all leaves that its rays may meet, front to back by their octant.
 #[inline(always)]
-pub(super) fn walk<L: Lanes, Q: Query<L>>(
-    wide: &Wide,
-    packet: &mut Packet<'_, L>,
-    stack: &mut Vec<Entry>,
-    query: &mut Q,
-) {
+pub(super) fn walk<L: Lanes, Q: Query<L>>(wide: &Wide, bundle: &mut Bundle<L>, stack: &mut Vec<Entry>, query: &mut Q) {
     stack.resize(STACK_SIZE, Entry::default());
     let mut top = 0;
     crate::count!(0, 1);
     let mut index = 0;
     let mut live = u8::MAX;
     loop {
-        top = descend(wide, packet, index, live, stack, top);
+        top = descend(wide, bundle, index, live, stack, top);
         // The next record that is not beyond all rays; the leaves before it.
         loop {
             if top == 0 {
@@ -80,7 +86,7 @@ pub(super) fn walk<L: Lanes, Q: Query<L>>(
             }
             top -= 1;
             let entry = stack[top];
-            if entry.near > packet.limit {
+            if entry.near > bundle.limit {
                 continue;
             }
             let (parent, lane) = (entry.place as usize / WIDTH, entry.place as usize % WIDTH);
@@ -92,8 +98,8 @@ pub(super) fn walk<L: Lanes, Q: Query<L>>(
                 }
                 Target::Leaf { first, count } => {
                     let leaf = Leaf { rows: &wide.rows[9 * first..], first, count };
-                    let sides = Sides::one(&wide.records[parent], packet.octant, lane);
-                    visit(packet, &leaf, &sides, entry.groups, query);
+                    let sides = Sides::one(&wide.records[parent], bundle.octant, lane);
+                    visit(bundle, &leaf, &sides, entry.groups, query);
                 }
             }
         }
@@ -104,7 +110,7 @@ pub(super) fn walk<L: Lanes, Q: Query<L>>(
 #[inline(always)]
 fn descend<L: Lanes>(
     wide: &Wide,
-    packet: &Packet<'_, L>,
+    bundle: &Bundle<L>,
     index: usize,
     live: u8,
     stack: &mut [Entry],
@@ -112,19 +118,19 @@ fn descend<L: Lanes>(
 ) -> usize {
     let record = &wide.records[index];
     crate::count!(1, 1);
-    let (near, far) = packet.whole.clip(&Sides::all(record, packet.octant), L::splat(packet.limit));
+    let (near, far) = bundle.whole.clip(&Sides::all(record, bundle.octant), L::splat(bundle.limit));
     let (mut nears, mut lanes) = ([0.0; WIDTH], [0; WIDTH]);
-    let places = near.push(far, &LANES, record.order(packet.octant), &mut nears, &mut lanes);
+    let places = near.push(far, &LANES, record.order(bundle.octant), &mut nears, &mut lanes);
     let count = places.count_ones() as usize;
     crate::count!(2, count);
     for (&near, &lane) in nears.iter().zip(&lanes).take(count) {
         let groups = if count < CONFIRM {
             live
         } else {
-            let sides = Sides::one(record, packet.octant, lane as usize & 7);
-            let (near, far) = packet.groups.clip(&sides, L::load(&packet.group_limits));
+            let sides = Sides::one(record, bundle.octant, lane as usize & 7);
+            let (near, far) = bundle.groups.clip(&sides, L::load(&bundle.group_limits));
             let groups = near.at_most(far).bits() & live;
-            if record.words()[lane as usize & 7] >> 31 != 0 { groups } else { packet.confirmed(&sides, groups) }
+            if record.words()[lane as usize & 7] >> 31 != 0 { groups } else { bundle.confirmed(&sides, groups) }
         };
         crate::count!(3, (groups != 0));
         crate::count!(4, (groups as u8).count_ones());
@@ -150,21 +156,21 @@ fn fetch(wide: &Wide, word: u32) {
 
 /// Show the query a leaf, and those rays of some groups that meet its box.
 #[inline(always)]
-fn visit<L: Lanes, Q: Query<L>>(packet: &mut Packet<'_, L>, leaf: &Leaf, sides: &Sides<L>, live: u8, query: &mut Q) {
+fn visit<L: Lanes, Q: Query<L>>(bundle: &mut Bundle<L>, leaf: &Leaf, sides: &Sides<L>, live: u8, query: &mut Q) {
     crate::count!(5, 1);
     let triangles = LeafTriangles::<L>::new(leaf);
-    let lanes = packet.shaft.meets(&triangles) & ((1u16 << leaf.count) - 1) as u8;
+    let lanes = bundle.shaft.meets(&triangles) & ((1u16 << leaf.count) - 1) as u8;
     if lanes == 0 {
         return;
     }
     crate::count!(14, 1);
     crate::count!(15, lanes.count_ones());
     crate::count!(6, live.count_ones());
-    let mut nears = [packet.groups.t_min; GROUPS];
+    let mut nears = [bundle.groups.t_min; GROUPS];
     let mut rays = [0; GROUPS];
     let mut any = 0;
     for group in bits(live) {
-        let (near, far) = packet.rays[group].clip(sides, L::load(&packet.limits[group]));
+        let (near, far) = bundle.rays[group].clip(sides, L::load(&bundle.limits[group]));
         nears[group] = near;
         rays[group] = near.at_most(far).bits();
         any |= rays[group];
@@ -179,10 +185,10 @@ fn visit<L: Lanes, Q: Query<L>>(packet: &mut Packet<'_, L>, leaf: &Leaf, sides: 
         if rays[group] != 0 {
             crate::count!(8, 1);
             crate::count!(9, rays[group].count_ones());
-            is_shorter |= query.test(packet, leaf, &triangles, group, rays[group], nears[group]);
+            is_shorter |= query.test(bundle, leaf, &triangles, group, rays[group], nears[group]);
         }
     }
     if is_shorter {
-        packet.limit = L::load(&packet.group_limits).largest();
+        bundle.limit = L::load(&bundle.group_limits).largest();
     }
 }

@@ -1,13 +1,15 @@
 //! Leaves whose triangles single precision only leaves out: what is left is decided as for a single ray.
 
-use super::rays::{Group, Packet};
+use super::bundle::Bundle;
+use super::rays::Group;
 use super::slabs::Slabs;
 use super::triangles::{Meeting, corners};
 use super::walk::{Leaf, Query, Triangles};
-use super::{GROUPS, Hits, PACKET, bits};
+use super::{GROUPS, PACKET, bits};
 use crate::geometry::{Bounds, Ray, round_up};
 use crate::intersect::RayTest;
 use crate::simd::{Lanes, Mask};
+use crate::traverse::Hit;
 use crate::traverse::closest::{Nearest, distance_within};
 use crate::tree::{Tree, WIDTH};
 
@@ -18,7 +20,7 @@ const LEAST_DIRECTION: f32 = 1e-30;
 
 /// The rays as the boxes see them, rounded outward.
 #[inline(always)]
-pub(super) fn slabs<L: Lanes>(rays: &Group<L>) -> Slabs<L> {
+fn slabs<L: Lanes>(rays: &Group<L>) -> Slabs<L> {
     let nearest = rays.origin;
     let mut slabs = Slabs {
         near_origin: nearest,
@@ -46,7 +48,7 @@ pub(super) fn slabs<L: Lanes>(rays: &Group<L>) -> Slabs<L> {
 
 /// How far each ray matters, rounded up.
 #[inline(always)]
-pub(super) fn limits<L: Lanes>(rays: &Group<L>) -> L {
+fn limits<L: Lanes>(rays: &Group<L>) -> L {
     rays.t_max.fused(L::splat(1.0 + 4.0 * U), L::splat(2.0 * f32::MIN_POSITIVE))
 }
 
@@ -146,11 +148,9 @@ impl<'a, L: Lanes> Closest<'a, L> {
     }
 
     #[inline(always)]
-    pub fn collect(&self, active: u64, hits: Hits) {
-        for (ray, hit) in hits.iter_mut().enumerate() {
-            if active >> ray & 1 != 0 {
-                *hit = self.nearest.get(self.slots[ray] as usize).and_then(Nearest::hit);
-            }
+    pub fn collect(&self, active: u64, mut answer: impl FnMut(usize, Option<Hit>)) {
+        for ray in bits(active) {
+            answer(ray, self.nearest.get(self.slots[ray] as usize).and_then(Nearest::hit));
         }
     }
 
@@ -166,9 +166,19 @@ impl<'a, L: Lanes> Closest<'a, L> {
 
 impl<L: Lanes> Query<L> for Closest<'_, L> {
     #[inline(always)]
+    fn slabs(rays: &Group<L>) -> Slabs<L> {
+        slabs(rays)
+    }
+
+    #[inline(always)]
+    fn limits(rays: &Group<L>) -> L {
+        limits(rays)
+    }
+
+    #[inline(always)]
     fn test(
         &mut self,
-        packet: &mut Packet<'_, L>,
+        bundle: &mut Bundle<L>,
         leaf: &Leaf,
         triangles: &Triangles,
         group: usize,
@@ -177,19 +187,19 @@ impl<L: Lanes> Query<L> for Closest<'_, L> {
     ) -> bool {
         let mut is_shorter = false;
         for lane in bits(triangles.lanes) {
-            let limit = L::load(&packet.limits[group]);
+            let limit = L::load(&bundle.limits[group]);
             let candidates = self.filter.candidates(triangles, lane, group, rays, limit);
             for ray in bits(candidates) {
                 let row = self.filter.tree.order[leaf.first + lane];
                 let nearest = self.nearest(WIDTH * group + ray);
                 nearest.offer(row, corners(leaf, lane));
                 let limit = single(nearest.limit());
-                is_shorter |= limit < packet.limits[group][ray];
-                packet.limits[group][ray] = limit.min(packet.limits[group][ray]);
+                is_shorter |= limit < bundle.limits[group][ray];
+                bundle.limits[group][ray] = limit.min(bundle.limits[group][ray]);
             }
         }
         if is_shorter {
-            packet.shorten(group, L::load(&packet.limits[group]));
+            bundle.shorten(group, L::load(&bundle.limits[group]));
         }
         is_shorter
     }
@@ -212,16 +222,26 @@ impl<'a, L: Lanes> Occluded<'a, L> {
 
 impl<L: Lanes> Query<L> for Occluded<'_, L> {
     #[inline(always)]
+    fn slabs(rays: &Group<L>) -> Slabs<L> {
+        slabs(rays)
+    }
+
+    #[inline(always)]
+    fn limits(rays: &Group<L>) -> L {
+        limits(rays)
+    }
+
+    #[inline(always)]
     fn test(
         &mut self,
-        packet: &mut Packet<'_, L>,
+        bundle: &mut Bundle<L>,
         leaf: &Leaf,
         triangles: &Triangles,
         group: usize,
         rays: u8,
         _: L,
     ) -> bool {
-        let limits = L::load(&packet.limits[group]);
+        let limits = L::load(&bundle.limits[group]);
         let mut alive = rays;
         for lane in bits(triangles.lanes) {
             for ray in bits(self.filter.candidates(triangles, lane, group, alive, limits)) {
@@ -241,7 +261,7 @@ impl<L: Lanes> Query<L> for Occluded<'_, L> {
             return false;
         }
         self.hidden |= u64::from(hidden) << (WIDTH * group);
-        packet.shorten(group, L::splat(f32::NEG_INFINITY).select(L::mask(hidden), limits));
+        bundle.shorten(group, L::splat(f32::NEG_INFINITY).select(L::mask(hidden), limits));
         true
     }
 }
