@@ -15,8 +15,7 @@ fn build_tree(triangles: &Triangles, precision: Precision, leaf_size: usize) -> 
 fn answers(tracer: &Tracer, rays: &[Ray], together: usize, way: Way) -> (Vec<Option<Hit>>, Vec<bool>) {
     let mut stack = Stack::default();
     let (mut hits, mut hidden) = (vec![None; rays.len()], vec![false; rays.len()]);
-    for ((rays, hits), hidden) in
-        rays.chunks(together).zip(hits.chunks_mut(together)).zip(hidden.chunks_mut(together))
+    for ((rays, hits), hidden) in rays.chunks(together).zip(hits.chunks_mut(together)).zip(hidden.chunks_mut(together))
     {
         tracer.closest(rays, way, &mut stack, hits);
         tracer.occluded(rays, way, &mut stack, hidden);

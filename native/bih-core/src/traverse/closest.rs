@@ -119,12 +119,7 @@ pub fn closest<L: Lanes, C: Counter>(
 
 /// The same over records.
 #[inline(always)]
-fn in_records<L: Lanes, C: Counter>(
-    scene: &Scene,
-    ray: &Ray,
-    stack: &mut Stack,
-    counter: &mut C,
-) -> Option<Hit> {
+fn in_records<L: Lanes, C: Counter>(scene: &Scene, ray: &Ray, stack: &mut Stack, counter: &mut C) -> Option<Hit> {
     let stack = &mut stack.wide;
     match scene.tree.precision {
         Precision::Fast => wide::search::<L, FastClosest, C>(scene, ray, stack, counter),

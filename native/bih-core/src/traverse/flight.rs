@@ -108,10 +108,7 @@ pub fn occluded_in_flight<L: Lanes, R: Rays<bool>>(tree: &Tree, triangles: &Tria
 
 /// By the search of the tree's precision.
 #[inline(always)]
-fn in_records<L: Lanes, F: Search, W: Search<Answer = F::Answer>, R: Rays<F::Answer>>(
-    scene: &Scene,
-    rays: &mut R,
-) {
+fn in_records<L: Lanes, F: Search, W: Search<Answer = F::Answer>, R: Rays<F::Answer>>(scene: &Scene, rays: &mut R) {
     match scene.tree.precision {
         Precision::Fast => fly::<L, F, R>(scene, rays),
         Precision::Watertight => fly::<L, W, R>(scene, rays),

@@ -25,5 +25,6 @@ pub use closest::Hit;
 pub use counters::Counts;
 use counters::{Counter, Uncounted};
 pub use naive::{naive_closest, naive_occluded};
+pub use packet::PACKET;
 pub use stack::Stack;
 pub use trace::{Tracer, Way};

@@ -11,7 +11,7 @@ use crate::build::Precision;
 use crate::geometry::{Ray, Triangles};
 use crate::intersect::RayTest;
 use crate::simd::Lanes;
-use crate::tree::{Tree};
+use crate::tree::Tree;
 
 /// Whether any triangle lies between the ends of a valid ray; ends at the first that does.
 #[inline(always)]
@@ -30,12 +30,7 @@ pub fn occluded<L: Lanes, C: Counter>(
 
 /// The same over records.
 #[inline(always)]
-fn in_records<L: Lanes, C: Counter>(
-    scene: &Scene,
-    ray: &Ray,
-    stack: &mut Stack,
-    counter: &mut C,
-) -> bool {
+fn in_records<L: Lanes, C: Counter>(scene: &Scene, ray: &Ray, stack: &mut Stack, counter: &mut C) -> bool {
     let stack = &mut stack.wide;
     match scene.tree.precision {
         Precision::Fast => wide::search::<L, FastOccluded, C>(scene, ray, stack, counter),

@@ -6,7 +6,7 @@ use crate::simd::{Lanes, prefetch};
 use crate::tree::{Child, Record, Target, Tree, WIDTH, Wide};
 
 /// Numbers from the start of a leaf that whole vectors are read from.
-const ROWS: usize = 9 * WIDTH;
+pub(super) const ROWS: usize = 9 * WIDTH;
 
 /// A wide tree and its triangles.
 #[derive(Debug, Clone, Copy)]
@@ -65,6 +65,16 @@ impl<'a> Scene<'a> {
         // In single precision the corners are at hand.
         let stored = self.wide.corners(leaf.first, leaf.count, lane);
         stored.unwrap_or_else(|| self.triangles.corners(self.row(leaf.first + lane)))
+    }
+
+    /// The rows of a leaf, and what follows them; `space` is where they may be gathered.
+    #[inline(always)]
+    pub(super) fn rows<'s>(&'s self, leaf: Leaf, space: &'s mut [f32; ROWS]) -> &'s [f32] {
+        if self.wide.rows.is_empty() {
+            *space = self.gathered(leaf);
+            return space;
+        }
+        &self.wide.rows[9 * leaf.first..]
     }
 
     /// The first, second and third vertices of the triangles of a leaf; lanes without one hold anything.

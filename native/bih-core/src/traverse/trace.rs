@@ -4,6 +4,7 @@
 
 use super::flight::{Rays, closest_in_flight, occluded_in_flight};
 use super::packet::{self, PACKET};
+use super::scene::Scene;
 use super::{Counts, Hit, Stack, Uncounted, closest, occlusion};
 use crate::geometry::{Ray, Triangles};
 use crate::simd::{InstructionSet, Kernel, Lanes, dispatch_to, instruction_sets};
@@ -73,6 +74,11 @@ impl<'a> Tracer<'a> {
     }
 }
 
+/// What packets go through.
+fn scene<'a>(tree: &'a Tree, triangles: &'a Triangles<'a>, way: Way) -> Option<Scene<'a>> {
+    tree.wide.as_ref().filter(|_| way == Way::Packets).map(|wide| Scene::new(wide, tree, triangles))
+}
+
 struct Closest<'a> {
     tracer: &'a Tracer<'a>,
     rays: &'a [Ray],
@@ -89,10 +95,13 @@ impl Kernel for Closest<'_> {
         if way == Way::InFlight {
             return closest_in_flight::<L, _>(tree, triangles, &mut Slices { rays, next: 0, answers: hits });
         }
+        let scene = scene(tree, triangles, way);
         for (rays, hits) in rays.chunks(PACKET).zip(hits.chunks_mut(PACKET)) {
             // A packet leaves some rays.
-            let answered =
-                if way == Way::Packets { packet::closest::<L>(tree, triangles, rays, stack, hits) } else { 0 };
+            let answered = match &scene {
+                Some(scene) => packet::closest::<L>(scene, rays, stack, hits),
+                None => 0,
+            };
             for (i, (ray, hit)) in rays.iter().zip(hits).enumerate() {
                 if answered >> i & 1 == 0 && ray.is_valid() {
                     *hit = closest::closest::<L, _>(tree, triangles, ray, stack, &mut Uncounted);
@@ -118,9 +127,12 @@ impl Kernel for Occluded<'_> {
         if way == Way::InFlight {
             return occluded_in_flight::<L, _>(tree, triangles, &mut Slices { rays, next: 0, answers: hidden });
         }
+        let scene = scene(tree, triangles, way);
         for (rays, hidden) in rays.chunks(PACKET).zip(hidden.chunks_mut(PACKET)) {
-            let answered =
-                if way == Way::Packets { packet::occluded::<L>(tree, triangles, rays, stack, hidden) } else { 0 };
+            let answered = match &scene {
+                Some(scene) => packet::occluded::<L>(scene, rays, stack, hidden),
+                None => 0,
+            };
             for (i, (ray, is_hidden)) in rays.iter().zip(hidden).enumerate() {
                 if answered >> i & 1 == 0 && ray.is_valid() {
                     *is_hidden = occlusion::occluded::<L, _>(tree, triangles, ray, stack, &mut Uncounted);
