@@ -2,9 +2,9 @@
 
 use std::time::Instant;
 
-use bih_core::build::{Layout, Precision};
-use bih_core::simd::{FloatEnvironment, Kernel, Lanes, dispatch};
-use bih_core::traverse::{Hits, Limits, RayBatch, Stack, Uncounted, Vectors, closest, occluded};
+use bih_core::build::{Heuristic, Layout, Precision};
+use bih_core::simd::FloatEnvironment;
+use bih_core::traverse::{Hits, Limits, RayBatch, Stack, Tracer, Vectors, Way};
 use bih_core::{BuildOptions, Control, Hit, Tree, Triangles, build};
 use rayon::prelude::*;
 use serde_json::{Map, Value, json};
@@ -30,6 +30,9 @@ impl BihSide {
                 "wide" => options.layout = Layout::Wide,
                 "compact" => options.layout = Layout::Compact,
                 "fast" => options.precision = Precision::Fast,
+                "global" => options.heuristic = Heuristic::Global,
+                "local" => options.heuristic = Heuristic::Local,
+                "sah" => options.heuristic = Heuristic::Sah,
                 "presort" => options.presort = Some(true),
                 "inplace" => options.presort = Some(false),
                 "watertight" => options.precision = Precision::Watertight,
@@ -61,14 +64,14 @@ impl Structure for BihTree<'_> {
         let start = Instant::now();
         if is_any {
             let hidden = if is_single {
-                self.each::<Any>(&rays.rays)
+                self.each(&rays.rays, |tracer, rays, stack, hidden| tracer.occluded(rays, Way::Alone, stack, hidden))
             } else {
                 batch(rays).occluded(&self.tree, &self.triangles, &control).expect("nothing cancels it")
             };
             (start.elapsed().as_secs_f64(), Answers::Hidden(hidden))
         } else {
             if is_single {
-                let hits = self.each::<Nearest>(&rays.rays);
+                let hits = self.each(&rays.rays, |tracer, rays, stack, hits| tracer.closest(rays, Way::Alone, stack, hits));
                 let seconds = start.elapsed().as_secs_f64();
                 return (seconds, Answers::Nearest(hits.into_iter().map(found).collect()));
             }
@@ -121,63 +124,28 @@ fn found(hit: Option<Hit>) -> Found {
 }
 
 impl BihTree<'_> {
-    /// The core's own call for each ray, on all threads.
-    fn each<Q: Query>(&self, rays: &[Ray]) -> Vec<Q::Answer> {
-        let mut answers = vec![Q::Answer::default(); rays.len()];
+    /// One ray after another, on all threads.
+    fn each<A: Clone + Default + Send>(
+        &self,
+        rays: &[Ray],
+        ask: impl Fn(&Tracer, &[bih_core::Ray], &mut Stack, &mut [A]) + Sync,
+    ) -> Vec<A> {
+        let mut answers = vec![A::default(); rays.len()];
+        let tracer = Tracer::new(&self.tree, &self.triangles);
         answers.par_chunks_mut(CHUNK).zip(rays.par_chunks(CHUNK)).for_each(|(answers, rays)| {
             let _standard = FloatEnvironment::standard();
-            dispatch(Chunk::<Q> { tree: &self.tree, triangles: &self.triangles, rays, answers });
+            let rays: Vec<_> = rays.iter().map(wide).collect();
+            ask(&tracer, &rays, &mut Stack::default(), answers);
         });
         answers
     }
 }
 
-/// What is asked of each ray.
-trait Query {
-    type Answer: Clone + Default + Send;
-    fn answer<L: Lanes>(tree: &Tree, triangles: &Triangles, ray: &bih_core::Ray, stack: &mut Stack) -> Self::Answer;
-}
-
-struct Nearest;
-
-impl Query for Nearest {
-    type Answer = Option<Hit>;
-    #[inline(always)]
-    fn answer<L: Lanes>(tree: &Tree, triangles: &Triangles, ray: &bih_core::Ray, stack: &mut Stack) -> Option<Hit> {
-        closest::<L, _>(tree, triangles, ray, stack, &mut Uncounted)
-    }
-}
-
-struct Any;
-
-impl Query for Any {
-    type Answer = bool;
-    #[inline(always)]
-    fn answer<L: Lanes>(tree: &Tree, triangles: &Triangles, ray: &bih_core::Ray, stack: &mut Stack) -> bool {
-        occluded::<L, _>(tree, triangles, ray, stack, &mut Uncounted)
-    }
-}
-
-struct Chunk<'a, Q: Query> {
-    tree: &'a Tree,
-    triangles: &'a Triangles<'a>,
-    rays: &'a [Ray],
-    answers: &'a mut [Q::Answer],
-}
-
-impl<Q: Query> Kernel for Chunk<'_, Q> {
-    type Output = ();
-    #[inline(always)]
-    fn run<L: Lanes>(self) {
-        let mut stack = Stack::default();
-        for (ray, answer) in self.rays.iter().zip(self.answers) {
-            let ray = bih_core::Ray {
-                origin: ray.origin.map(f64::from),
-                direction: ray.direction.map(f64::from),
-                t_min: f64::from(ray.t_min),
-                t_max: f64::from(ray.t_max),
-            };
-            *answer = Q::answer::<L>(self.tree, self.triangles, &ray, &mut stack);
-        }
+fn wide(ray: &Ray) -> bih_core::Ray {
+    bih_core::Ray {
+        origin: ray.origin.map(f64::from),
+        direction: ray.direction.map(f64::from),
+        t_min: f64::from(ray.t_min),
+        t_max: f64::from(ray.t_max),
     }
 }

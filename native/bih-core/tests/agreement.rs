@@ -2,11 +2,8 @@
 
 use bih_core::build::{Heuristic, Layout, Precision};
 use bih_core::intersect::{SingleHit, SingleRay};
-use bih_core::simd::{Kernel, Lanes, Scalar, dispatch_to, instruction_sets};
-use bih_core::traverse::{
-    Counts, Hit, Rays, Stack, Uncounted, closest, closest_in_flight, naive_closest, naive_occluded, occluded,
-    occluded_in_flight,
-};
+use bih_core::simd::instruction_sets;
+use bih_core::traverse::{Hit, Stack, Tracer, Way, naive_closest, naive_occluded};
 use bih_core::{BuildOptions, Control, Ray, Tree, Triangles, Vertices, build, tree};
 use proptest::prelude::*;
 
@@ -28,37 +25,29 @@ const STRATEGIES: [(Heuristic, Option<bool>); 4] = [
     (Heuristic::Sah, None),
 ];
 
-struct Agreement<'a> {
-    tree: &'a Tree,
-    triangles: &'a Triangles<'a>,
-    rays: &'a [Ray],
-    /// What the naive intersector finds for each valid ray.
-    truths: &'a [Option<Hit>],
+fn nearest(tree: &Tree, triangles: &Triangles, ray: &Ray) -> Option<Hit> {
+    let mut hit = [None];
+    Tracer::new(tree, triangles).closest(&[*ray], Way::Alone, &mut Stack::default(), &mut hit);
+    hit[0]
 }
 
-impl Kernel for Agreement<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<L: Lanes>(self) {
-        let Self { tree, triangles, rays, truths } = self;
-        let mut stack = Stack::default();
-        let mut hits = InFlight::new(rays);
-        closest_in_flight::<L, _>(tree, triangles, &mut hits);
-        let mut hidden = InFlight::new(rays);
-        occluded_in_flight::<L, _>(tree, triangles, &mut hidden);
-        for (number, ray) in rays.iter().enumerate().filter(|(_, ray)| ray.is_valid()) {
-            let found = closest::<L, _>(tree, triangles, ray, &mut stack, &mut Uncounted);
-            assert_eq!(hits.answers[number], Some(found), "{ray:?}");
-            let is_hidden = occluded::<L, _>(tree, triangles, ray, &mut stack, &mut Uncounted);
-            assert_eq!(hidden.answers[number], Some(is_hidden), "{ray:?}");
-            assert_eq!(is_hidden, found.is_some(), "{ray:?}");
-            let truth = truths[number];
-            match tree.precision() {
-                Precision::Watertight => assert_eq!(found, truth, "{ray:?}"),
-                Precision::Fast => assert_possible(triangles, ray, found, truth),
+/// Every way of tracing rays in an instruction set against what the naive intersector finds for each valid ray.
+fn agree_in(tracer: &Tracer, rays: &[Ray], truths: &[Option<Hit>]) {
+    let mut stack = Stack::default();
+    let (mut hits, mut hidden) = (vec![None; rays.len()], vec![false; rays.len()]);
+    let mut expected = None;
+    for way in [Way::Alone, Way::InFlight, Way::Packets] {
+        tracer.closest(rays, way, &mut stack, &mut hits);
+        tracer.occluded(rays, way, &mut stack, &mut hidden);
+        for ((ray, found), (truth, is_hidden)) in rays.iter().zip(&hits).zip(truths.iter().zip(&hidden)) {
+            assert_eq!(*is_hidden, found.is_some(), "{way:?} {ray:?}");
+            match tracer.tree.precision() {
+                Precision::Watertight => assert_eq!(found, truth, "{way:?} {ray:?}"),
+                Precision::Fast => assert_possible(tracer.triangles, ray, *found, *truth),
             }
         }
+        let expected = expected.get_or_insert_with(|| hits.clone());
+        assert_eq!(hits, *expected, "{way:?} and alone");
     }
 }
 
@@ -71,35 +60,6 @@ fn assert_possible(triangles: &Triangles, ray: &Ray, found: Option<Hit>, truth: 
     assert!(found.t >= f64::from(t) && [found.u, found.v] == [u, v].map(f64::from), "{ray:?} {found:?} {t}");
     let truth = truth.expect("a nearest one where there is one");
     assert!((truth.t, truth.triangle) <= (found.t, found.triangle), "{ray:?}");
-}
-
-/// Rays in flight and what came back.
-struct InFlight<'a, A> {
-    rays: &'a [Ray],
-    next: usize,
-    answers: Vec<Option<A>>,
-}
-
-impl<'a, A: Clone> InFlight<'a, A> {
-    fn new(rays: &'a [Ray]) -> Self {
-        Self { rays, next: 0, answers: vec![None; rays.len()] }
-    }
-}
-
-impl<A> Rays<A> for InFlight<'_, A> {
-    fn next(&mut self) -> Option<(usize, Ray)> {
-        while let Some(ray) = self.rays.get(self.next) {
-            self.next += 1;
-            if ray.is_valid() {
-                return Some((self.next - 1, *ray));
-            }
-        }
-        None
-    }
-
-    fn answer(&mut self, number: usize, answer: A) {
-        assert!(self.answers[number].replace(answer).is_none(), "answered twice");
-    }
 }
 
 /// Whether few and small meshes are asked for: a machine that is emulated takes a hundred times as long.
@@ -126,7 +86,7 @@ fn agree(triangles: &Triangles, leaf_size: usize, rays: &[Ray]) {
         };
         let truths: Vec<_> = rays.iter().map(|ray| if ray.is_valid() { truth(ray) } else { None }).collect();
         for set in instruction_sets() {
-            dispatch_to(*set, Agreement { tree: &tree, triangles, rays, truths: &truths });
+            agree_in(&Tracer { tree: &tree, triangles, set: *set }, rays, &truths);
         }
     }
 }
@@ -221,9 +181,8 @@ fn a_million_triangles_with_one_centre_make_a_shallow_tree() {
     let tree = build_tree(&triangles, Layout::Classic, Precision::Watertight, 4);
     assert!(tree.stats().depth <= 20, "{}", tree.stats().depth);
     assert!(build_tree(&triangles, Layout::Wide, Precision::Watertight, 8).stats().depth <= 10);
-    let mut counts = Counts::default();
     let ray = Ray::new([0.25, 0.25, 1.0], [0.0, 0.0, -1.0]);
-    let hit = closest::<Scalar, _>(&tree, &triangles, &ray, &mut Stack::default(), &mut counts).unwrap();
+    let hit = nearest(&tree, &triangles, &ray).unwrap();
     assert_eq!((hit.t, hit.triangle), (1.0, 0));
 }
 
@@ -314,14 +273,12 @@ fn fast_finds_what_all_triangles_one_after_another_give() {
         let triangles = Triangles::new(vertices, None).unwrap();
         for layout in [Layout::Classic, Layout::Wide, Layout::Compact] {
             let tree = build_tree(&triangles, layout, Precision::Fast, 8);
-            let mut stack = Stack::default();
-            let mut hits = 0;
-            for ray in &rays {
-                let found = closest::<Scalar, _>(&tree, &triangles, ray, &mut stack, &mut Uncounted);
-                assert_eq!(found, naive_closest(&tree, &triangles, ray), "{layout:?} {ray:?}");
-                hits += usize::from(found.is_some());
+            let mut hits = vec![None; rays.len()];
+            Tracer::new(&tree, &triangles).closest(&rays, Way::InFlight, &mut Stack::default(), &mut hits);
+            for (ray, found) in rays.iter().zip(&hits) {
+                assert_eq!(*found, naive_closest(&tree, &triangles, ray), "{layout:?} {ray:?}");
             }
-            assert!(hits > 1000, "{hits}");
+            assert!(hits.iter().flatten().count() > 1000);
         }
     }
 }

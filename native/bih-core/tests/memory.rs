@@ -2,8 +2,8 @@
 //! which see what is read (`make test-memory`). Rays in general position, because exact decisions take minutes in Miri.
 
 use bih_core::build::Layout;
-use bih_core::simd::{Kernel, Lanes, dispatch_to, instruction_sets};
-use bih_core::traverse::{Hits, Limits, RayBatch, Stack, Uncounted, Vectors, closest, naive_closest, occluded};
+use bih_core::simd::instruction_sets;
+use bih_core::traverse::{Hits, Limits, RayBatch, Stack, Tracer, Vectors, Way, naive_closest};
 use bih_core::{BuildOptions, Control, Ray, Tree, Triangles, Vertices, build};
 
 /// Triangles of about the same size in a row along a diagonal, and for each of them a ray through its inside.
@@ -21,20 +21,15 @@ fn row_of(count: usize) -> (Vec<[f32; 3]>, Vec<Ray>) {
     (soup, rays)
 }
 
-struct Trace<'a>(&'a Tree, &'a Triangles<'a>, &'a [Ray]);
-
-impl Kernel for Trace<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<L: Lanes>(self) {
-        let Self(tree, triangles, rays) = self;
-        let mut stack = Stack::default();
-        for ray in rays {
-            let found = closest::<L, _>(tree, triangles, ray, &mut stack, &mut Uncounted);
-            assert!(found.is_some());
-            assert_eq!(found, naive_closest(tree, triangles, ray));
-            assert!(occluded::<L, _>(tree, triangles, ray, &mut stack, &mut Uncounted));
+fn trace(tracer: &Tracer, rays: &[Ray]) {
+    let mut stack = Stack::default();
+    let (mut hits, mut hidden) = (vec![None; rays.len()], vec![false; rays.len()]);
+    for way in [Way::Alone, Way::InFlight, Way::Packets] {
+        tracer.closest(rays, way, &mut stack, &mut hits);
+        tracer.occluded(rays, way, &mut stack, &mut hidden);
+        for ((ray, found), is_hidden) in rays.iter().zip(&hits).zip(&hidden) {
+            assert!(found.is_some() && *is_hidden);
+            assert_eq!(*found, naive_closest(tracer.tree, tracer.triangles, ray));
         }
     }
 }
@@ -59,7 +54,7 @@ fn nothing_is_read_behind_the_last_leaf() {
                 let control = Control::default();
                 let tree = build(&triangles, &options, &control).unwrap();
                 for set in instruction_sets() {
-                    dispatch_to(*set, Trace(&tree, &triangles, &rays));
+                    trace(&Tracer { tree: &tree, triangles: &triangles, set: *set }, &rays);
                 }
                 let hits: Hits<f32> = batch.closest(&tree, &triangles, &control).unwrap();
                 assert!(hits.triangle.iter().all(|&row| row >= 0));

@@ -1,9 +1,8 @@
 //! Packets against single rays and the naive intersector, on rays that are coherent and on rays that are not.
 
 use bih_core::build::{Layout, Precision};
-use bih_core::simd::{Kernel, Lanes, dispatch_to, instruction_sets};
-use bih_core::traverse::packet::{self, PACKET};
-use bih_core::traverse::{Hit, Stack, Uncounted, closest, naive_closest, occluded};
+use bih_core::simd::instruction_sets;
+use bih_core::traverse::{Hit, Stack, Tracer, Way, naive_closest};
 use bih_core::{BuildOptions, Control, Ray, Tree, Triangles, Vertices, build};
 use proptest::prelude::*;
 
@@ -13,47 +12,15 @@ fn build_tree(triangles: &Triangles, precision: Precision, leaf_size: usize) -> 
 }
 
 /// The answers to some rays, taken together as many at a time.
-struct Answers<'a> {
-    tree: &'a Tree,
-    triangles: &'a Triangles<'a>,
-    rays: &'a [Ray],
-    together: usize,
-}
-
-impl Kernel for Answers<'_> {
-    type Output = (Vec<Option<Hit>>, Vec<bool>);
-
-    #[inline(always)]
-    fn run<L: Lanes>(self) -> Self::Output {
-        let mut stack = Stack::default();
-        let mut hits = vec![None; self.rays.len()];
-        let mut hidden = Vec::new();
-        for (rays, hits) in self.rays.chunks(self.together).zip(hits.chunks_mut(self.together)) {
-            packet::closest::<L>(self.tree, self.triangles, rays, &mut stack, hits);
-            let bits = packet::occluded::<L>(self.tree, self.triangles, rays, &mut stack);
-            hidden.extend((0..rays.len()).map(|i| bits >> i & 1 != 0));
-        }
-        (hits, hidden)
+fn answers(tracer: &Tracer, rays: &[Ray], together: usize, way: Way) -> (Vec<Option<Hit>>, Vec<bool>) {
+    let mut stack = Stack::default();
+    let (mut hits, mut hidden) = (vec![None; rays.len()], vec![false; rays.len()]);
+    for ((rays, hits), hidden) in rays.chunks(together).zip(hits.chunks_mut(together)).zip(hidden.chunks_mut(together))
+    {
+        tracer.closest(rays, way, &mut stack, hits);
+        tracer.occluded(rays, way, &mut stack, hidden);
     }
-}
-
-struct Single<'a>(Answers<'a>);
-
-impl Kernel for Single<'_> {
-    type Output = (Vec<Option<Hit>>, Vec<bool>);
-
-    #[inline(always)]
-    fn run<L: Lanes>(self) -> Self::Output {
-        let Answers { tree, triangles, rays, .. } = self.0;
-        let mut stack = Stack::default();
-        let (mut hits, mut hidden) = (Vec::new(), Vec::new());
-        for ray in rays {
-            let is_valid = ray.is_valid();
-            hits.push(if is_valid { closest::<L, _>(tree, triangles, ray, &mut stack, &mut Uncounted) } else { None });
-            hidden.push(is_valid && occluded::<L, _>(tree, triangles, ray, &mut stack, &mut Uncounted));
-        }
-        (hits, hidden)
-    }
+    (hits, hidden)
 }
 
 /// Watertight: packets of any size answer what single rays do, and these what the naive intersector does.
@@ -63,14 +30,14 @@ fn agree(triangles: &Triangles, leaf_size: usize, rays: &[Ray]) -> usize {
         rays.iter().map(|ray| if ray.is_valid() { naive_closest(&tree, triangles, ray) } else { None }).collect();
     let is_hit: Vec<_> = truth.iter().map(Option::is_some).collect();
     for set in instruction_sets() {
-        let answers = |together| Answers { tree: &tree, triangles, rays, together };
-        let (hits, hidden) = dispatch_to(*set, Single(answers(1)));
+        let tracer = Tracer { tree: &tree, triangles, set: *set };
+        let (hits, hidden) = answers(&tracer, rays, 1, Way::Alone);
         for (i, ray) in rays.iter().enumerate() {
             assert_eq!(hits[i], truth[i], "{set:?} {ray:?}");
             assert_eq!(hidden[i], is_hit[i], "{set:?} {ray:?}");
         }
-        for together in [PACKET, 7, 1] {
-            let (hits, hidden) = dispatch_to(*set, answers(together));
+        for together in [64, 7, 1] {
+            let (hits, hidden) = answers(&tracer, rays, together, Way::Packets);
             for (i, ray) in rays.iter().enumerate() {
                 assert_eq!(hits[i], truth[i], "{set:?} {together} {ray:?}");
                 assert_eq!(hidden[i], is_hit[i], "{set:?} {together} {ray:?}");
@@ -85,8 +52,9 @@ fn repeat(triangles: &Triangles, leaf_size: usize, rays: &[Ray]) -> usize {
     let tree = build_tree(triangles, Precision::Fast, leaf_size);
     let mut expected: Option<Vec<_>> = None;
     for set in instruction_sets() {
-        for together in [1, 7, PACKET] {
-            let (hits, hidden) = dispatch_to(*set, Answers { tree: &tree, triangles, rays, together });
+        for together in [1, 7, 64] {
+            let tracer = Tracer { tree: &tree, triangles, set: *set };
+            let (hits, hidden) = answers(&tracer, rays, together, Way::Packets);
             for (i, ray) in rays.iter().enumerate() {
                 assert_eq!(hidden[i], hits[i].is_some(), "{set:?} {together} {ray:?}");
             }
@@ -164,7 +132,7 @@ proptest! {
     ) {
         let moved = |p: [f64; 3]| p.map(|x| f64::from((x + offset) as f32));
         let soup = single(&points[..points.len() / 3 * 3].iter().map(|p| moved(*p)).collect::<Vec<_>>());
-        let rays: Vec<_> = (0..PACKET)
+        let rays: Vec<_> = (0..64)
             .map(|i| {
                 let (x, y) = ((i % 8) as f64 / 8.0, (i / 8) as f64 / 8.0);
                 let target = [to[0] + spread * x, to[1] + spread * y, to[2] - spread * x * y];

@@ -156,10 +156,10 @@ impl Tree {
     /// What the tree is and what it cost.
     #[getter]
     fn stats(&self) -> Stats {
-        let layout = match (self.core.wide(), self.core.compact()) {
-            (Some(_), _) => "wide",
-            (_, Some(_)) => "compact",
-            _ => "classic",
+        let layout = match self.core.wide() {
+            Some(wide) if wide.records.are_ordered() => "wide",
+            Some(_) => "compact",
+            None => "classic",
         };
         let precision = match self.core.precision() {
             Precision::Fast => "fast",

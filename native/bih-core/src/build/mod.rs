@@ -33,7 +33,7 @@ use crate::error::Error;
 use crate::geometry::Triangles;
 use crate::pages;
 use crate::simd::FloatEnvironment;
-use crate::tree::{CompactRecord, Node, Stats, Tree, Wide};
+use crate::tree::{Node, Records, Stats, Tree, Wide};
 
 /// Build the whole tree.
 pub fn build(triangles: &Triangles, options: &BuildOptions, control: &Control) -> Result<Tree, Error> {
@@ -63,7 +63,7 @@ pub fn build(triangles: &Triangles, options: &BuildOptions, control: &Control) -
     let places = Places { order: references, rows: &mut rows };
 
     let mut stats = Stats { triangles: triangles.len(), rejected: rejected.len(), ..Default::default() };
-    let (mut nodes, mut wide, mut compact) = (Vec::new(), None, None);
+    let (mut nodes, mut wide) = (Vec::new(), None);
     match options.layout {
         Layout::Classic => {
             let built = construction.run(ClassicNodes, places)?;
@@ -74,16 +74,15 @@ pub fn build(triangles: &Triangles, options: &BuildOptions, control: &Control) -
         Layout::Wide | Layout::Compact => {
             let built = construction.run(WideRecords, places)?;
             (stats.nodes, stats.leaves, stats.depth) = (built.records.len() + built.leaves, built.leaves, built.depth);
-            let built = Wide { records: built.records, rows, depth: built.depth };
-            if options.layout == Layout::Wide {
-                stats.tree_bytes = built.bytes();
-                wide = Some(built);
-            } else {
-                let quantised = Wide::<CompactRecord>::new(&built);
-                stats.tree_bytes = quantised.bytes();
-                construction.peak_bytes = construction.peak_bytes.max(built.bytes() + quantised.bytes());
-                compact = Some(quantised);
+            let mut records = Records::Full(built.records);
+            if options.layout == Layout::Compact {
+                let full = records.bytes();
+                records = records.compacted();
+                construction.peak_bytes = construction.peak_bytes.max(full + records.bytes());
             }
+            let built = Wide { records, rows, depth: built.depth };
+            stats.tree_bytes = built.bytes();
+            wide = Some(built);
         }
     }
     stats.tree_bytes += size_of_val(&order[..]);
@@ -95,7 +94,6 @@ pub fn build(triangles: &Triangles, options: &BuildOptions, control: &Control) -
     Ok(Tree {
         nodes,
         wide,
-        compact,
         order,
         rejected: extent.rejected.len(),
         bounds: extent.bounds(),

@@ -40,6 +40,8 @@ impl Branch {
 #[derive(Debug, Default)]
 pub struct Treelet {
     pub branches: Vec<Branch>,
+    /// Indices of the inner nodes, children behind their parents.
+    pub inner: Vec<u32>,
     /// Indices of the leaves in the order of their references.
     pub leaves: Vec<u32>,
     /// Place of its first reference in the whole tree.
@@ -51,12 +53,14 @@ pub struct Treelet {
 impl Treelet {
     /// What it takes in memory, and what planning its records takes.
     pub fn bytes(&self) -> usize {
-        self.branches.len() * (size_of::<Branch>() + Collapse::BYTES) + self.leaves.len() * size_of::<u32>()
+        self.branches.len() * (size_of::<Branch>() + Collapse::BYTES)
+            + (self.inner.len() + self.leaves.len()) * size_of::<u32>()
     }
 
     /// A single leaf.
     pub fn start(&mut self, count: usize) {
         self.branches.clear();
+        self.inner.clear();
         self.leaves.clear();
         self.skipped = 0;
         self.branches.push(Branch::new(0, count as u32));
@@ -65,6 +69,7 @@ impl Treelet {
     /// Give a node its two children; answers the index of the lower one.
     #[inline(always)]
     pub fn open(&mut self, index: usize, cut: Cut) -> usize {
+        self.inner.push(index as u32);
         let left = self.branches.len();
         let branch = &mut self.branches[index];
         branch.left = left as u32;
@@ -103,14 +108,10 @@ impl Treelet {
 
     /// The bounds of inner nodes from those of the leaves.
     pub fn unite(&mut self) {
-        for index in (0..self.branches.len()).rev() {
-            let branch = self.branches[index];
-            if branch.is_leaf() {
-                continue;
-            }
-            let left = branch.left as usize;
+        for &index in self.inner.iter().rev() {
+            let left = self.branches[index as usize].left as usize;
             let bounds = self.branches[left].bounds.union(&self.branches[left + 1].bounds);
-            let branch = &mut self.branches[index];
+            let branch = &mut self.branches[index as usize];
             branch.bounds = bounds;
             if branch.axis == LONGEST {
                 branch.axis = longest_axis(&bounds);

@@ -2,11 +2,8 @@
 
 use std::f64::consts::PI;
 
-use crate::geometry::{Ray, Triangles, Vector, add_scaled, dot, normalise, subtract};
-use crate::simd::Lanes;
-use crate::traverse::packet::{self, PACKET};
-use crate::traverse::{Stack, Uncounted, occluded};
-use crate::tree::Tree;
+use crate::geometry::{Ray, Vector, add_scaled, dot, normalise, subtract};
+use crate::traverse::{PACKET, Stack, Tracer, Way};
 
 /// Reflectance of every surface, that of Blender's default material.
 const ALBEDO: f64 = 0.8;
@@ -54,11 +51,9 @@ pub(super) struct Surface {
 
 impl Lighting {
     /// Radiance of some surfaces, at most a packet of them, towards the viewers who look along `views`.
-    #[inline(always)]
-    pub(super) fn shade<L: Lanes>(
+    pub(super) fn shade(
         &self,
-        tree: &Tree,
-        triangles: &Triangles,
+        tracer: &Tracer,
         surfaces: &[Surface],
         views: &[Vector],
         stack: &mut Stack,
@@ -70,8 +65,8 @@ impl Lighting {
         }
         for light in &self.lights {
             let lit = Lit::by(light, surfaces);
-            let hidden = if self.shadows { lit.hidden::<L>(tree, triangles, stack) } else { 0 };
-            for i in (0..lit.len).filter(|i| hidden >> i & 1 == 0) {
+            let hidden = if self.shadows { lit.hidden(tracer, stack) } else { [false; PACKET] };
+            for i in (0..lit.len).filter(|&i| !hidden[i]) {
                 for (channel, irradiance) in radiance[lit.surfaces[i]].iter_mut().zip(lit.irradiance[i]) {
                     *channel += ALBEDO / PI * irradiance * lit.cosines[i];
                 }
@@ -113,19 +108,11 @@ impl Lit {
         lit
     }
 
-    /// Those before which something stands, one bit each.
-    #[inline(always)]
-    fn hidden<L: Lanes>(&self, tree: &Tree, triangles: &Triangles, stack: &mut Stack) -> u64 {
+    /// Those before which something stands.
+    fn hidden(&self, tracer: &Tracer, stack: &mut Stack) -> [bool; PACKET] {
         let rays = &self.rays[..self.len];
-        if packet::is_coherent(tree, rays) {
-            return packet::occluded::<L>(tree, triangles, rays, stack);
-        }
-        let mut hidden = 0;
-        for (i, ray) in rays.iter().enumerate() {
-            if ray.is_valid() {
-                hidden |= u64::from(occluded::<L, _>(tree, triangles, ray, stack, &mut Uncounted)) << i;
-            }
-        }
+        let mut hidden = [false; PACKET];
+        tracer.occluded(rays, Way::suited(tracer.tree, rays), stack, &mut hidden[..self.len]);
         hidden
     }
 }

@@ -5,11 +5,11 @@ use rayon::prelude::*;
 use super::camera::sample_offset;
 use super::shade::{Lighting, Surface};
 use super::{Camera, Passes, Pixel};
+use crate::build::Precision;
 use crate::control::{Cancelled, Control};
 use crate::geometry::{Ray, Triangles, Vector, add_scaled, cross, dot, normalise, subtract};
-use crate::simd::{FloatEnvironment, Kernel, Lanes, dispatch};
-use crate::traverse::packet::{self, PACKET};
-use crate::traverse::{Counts, Hit, Stack, closest};
+use crate::simd::FloatEnvironment;
+use crate::traverse::{Counts, Hit, PACKET, Stack, Tracer, Way};
 use crate::tree::Tree;
 
 /// Side of a tile in pixels: some milliseconds of work a sample.
@@ -71,7 +71,7 @@ pub fn render(
         .map(|tile| {
             let _standard = FloatEnvironment::standard();
             control.advance(1)?;
-            let pixels = dispatch(TileKernel { tree, triangles, camera, options, tile, control })?;
+            let pixels = TileRender { tracer: Tracer::new(tree, triangles), camera, options, tile, control }.trace()?;
             Ok((tile, pixels))
         })
         .collect::<Result<Vec<_>, Cancelled>>()?;
@@ -89,20 +89,16 @@ pub fn render(
 }
 
 /// The pixels of one tile.
-struct TileKernel<'a> {
-    tree: &'a Tree,
-    triangles: &'a Triangles<'a>,
+struct TileRender<'a> {
+    tracer: Tracer<'a>,
     camera: &'a Camera,
     options: &'a RenderOptions,
     tile: &'a Tile,
     control: &'a Control,
 }
 
-impl Kernel for TileKernel<'_> {
-    type Output = Result<Vec<Pixel>, Cancelled>;
-
-    #[inline(always)]
-    fn run<L: Lanes>(self) -> Self::Output {
+impl TileRender<'_> {
+    fn trace(&self) -> Result<Vec<Pixel>, Cancelled> {
         let mut stack = Stack::default();
         let (width, height) = (self.tile.width as usize, self.tile.height as usize);
         let mut pixels = vec![Pixel::MISS; width * height];
@@ -111,7 +107,7 @@ impl Kernel for TileKernel<'_> {
                 // With many samples a tile takes long.
                 self.control.check()?;
                 let block = Block::new(x, y, width, height);
-                let traced = self.trace_block::<L>(&block, &mut stack);
+                let traced = self.trace_block(&block, &mut stack);
                 for (&[x, y], pixel) in block.places().iter().zip(traced) {
                     pixels[y * width + x] = pixel;
                 }
@@ -147,11 +143,9 @@ impl Block {
     }
 }
 
-impl TileKernel<'_> {
-    #[inline(always)]
-    fn trace_block<L: Lanes>(&self, block: &Block, stack: &mut Stack) -> [Pixel; PACKET] {
-        // No closures: see `Kernel`.
-        let Self { tree, triangles, camera, options, tile, .. } = self;
+impl TileRender<'_> {
+    fn trace_block(&self, block: &Block, stack: &mut Stack) -> [Pixel; PACKET] {
+        let Self { tracer, camera, options, tile, .. } = self;
         let mut pixels = [Pixel::MISS; PACKET];
         let mut sums = [[0.0; 4]; PACKET];
         let mut rays = [Ray::new([0.0; 3], [0.0; 3]); PACKET];
@@ -163,11 +157,11 @@ impl TileKernel<'_> {
             for (ray, &[x, y]) in rays.iter_mut().zip(block.places()) {
                 *ray = camera.ray(tile.x + x as u32, tile.y + y as u32, offset);
             }
-            packet::closest::<L>(tree, triangles, &rays[..len], stack, &mut hits[..len]);
+            tracer.closest(&rays[..len], Way::Packets, stack, &mut hits[..len]);
             let mut found = Found::new();
             for (i, (ray, hit)) in rays.iter().zip(&hits).enumerate().take(len) {
                 if let Some(hit) = hit {
-                    found.push(i, &surface(triangles, ray, hit), &ray.direction);
+                    found.push(i, &surface(tracer, ray, hit), &ray.direction);
                 }
             }
             if sample == 0 {
@@ -179,14 +173,16 @@ impl TileKernel<'_> {
                     pixel.triangle = hits[i].map_or(-1, |hit| hit.triangle as i32);
                 }
                 if options.cost {
-                    for (pixel, ray) in pixels.iter_mut().zip(&rays[..len]) {
-                        pixel.cost = cost::<L>(tree, triangles, ray, stack);
+                    let mut counts = [Counts::default(); PACKET];
+                    tracer.cost(&rays[..len], stack, &mut counts[..len]);
+                    for (pixel, counts) in pixels.iter_mut().zip(&counts[..len]) {
+                        pixel.cost = [counts.nodes as f32, counts.triangles as f32];
                     }
                 }
             }
             if options.combined {
                 let lighting = &options.lighting;
-                let radiance = lighting.shade::<L>(tree, triangles, found.surfaces(), found.views(), stack);
+                let radiance = lighting.shade(tracer, found.surfaces(), found.views(), stack);
                 for (&i, [red, green, blue]) in found.pixels().iter().zip(radiance) {
                     for (sum, value) in sums[i].iter_mut().zip([red, green, blue, 1.0]) {
                         *sum += value;
@@ -235,24 +231,19 @@ impl Found {
     }
 }
 
-/// Nodes visited and triangles tested by a ray on its own.
-#[inline(always)]
-fn cost<L: Lanes>(tree: &Tree, triangles: &Triangles, ray: &Ray, stack: &mut Stack) -> [f32; 2] {
-    let mut counts = Counts::default();
-    if ray.is_valid() {
-        closest::<L, _>(tree, triangles, ray, stack, &mut counts);
-    }
-    [counts.nodes as f32, counts.triangles as f32]
-}
-
-fn surface(triangles: &Triangles, ray: &Ray, hit: &Hit) -> Surface {
-    let [a, b, c] = triangles.corners(hit.triangle);
+fn surface(tracer: &Tracer, ray: &Ray, hit: &Hit) -> Surface {
+    let [a, b, c] = tracer.triangles.corners(hit.triangle);
     let normal = normalise(&cross(&normalise(&subtract(&b, &a)), &normalise(&subtract(&c, &a))));
     let away = dot(&normal, &ray.direction) > 0.0;
-    // The hit is right to 2^-40 of t, the roundings of origin + t · direction are far below that of the larger of both.
+    // Watertight the hit is right to 2^-40 of t, the roundings of origin + t · direction are far below that of the larger
+    // of both. Fast promises nothing: a few units in the last place of single precision more than are common.
+    let bits = match tracer.tree.precision() {
+        Precision::Watertight => 40,
+        Precision::Fast => 18,
+    };
     let largest = ray.origin.iter().fold(hit.t, |largest, x| largest.max(x.abs()));
     Surface {
-        error: 2.0 * largest / (1u64 << 40) as f64,
+        error: 2.0 * largest / (1u64 << bits) as f64,
         position: add_scaled(&ray.origin, hit.t, &ray.direction),
         normal: if away { normal.map(|x| -x) } else { normal },
     }

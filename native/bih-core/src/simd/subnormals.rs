@@ -4,10 +4,10 @@
 use std::hint::black_box;
 
 use super::float_environment::register;
-use super::{Kernel, Lanes, dispatch_to, instruction_sets};
+use super::instruction_sets;
 use crate::build::{Layout, Precision};
-use crate::traverse::{Limits, RayBatch, Stack, Uncounted, Vectors, closest, occluded};
-use crate::{BuildOptions, Control, Ray, Tree, Triangles, Vertices, build};
+use crate::traverse::{Stack, Tracer, Way};
+use crate::{BuildOptions, Control, Ray, Triangles, Vertices, build};
 
 /// Flags that the vector unit keeps: an operand, or a rounded result, was subnormal.
 const SUBNORMAL: u32 = 0x12;
@@ -21,22 +21,14 @@ fn meets_subnormals(work: impl FnOnce()) -> bool {
     after & SUBNORMAL != 0
 }
 
-struct Trace<'a>(&'a Tree, &'a Triangles<'a>, &'a [Ray]);
-
-impl Kernel for Trace<'_> {
-    type Output = usize;
-
-    #[inline(always)]
-    fn run<L: Lanes>(self) -> usize {
-        let mut stack = Stack::default();
-        let mut hits = 0;
-        for ray in self.2 {
-            let is_hit = closest::<L, _>(self.0, self.1, ray, &mut stack, &mut Uncounted).is_some();
-            assert_eq!(is_hit, occluded::<L, _>(self.0, self.1, ray, &mut stack, &mut Uncounted));
-            hits += usize::from(is_hit);
-        }
-        hits
-    }
+/// How many of the rays hit.
+fn trace(tracer: &Tracer, rays: &[Ray], way: Way) -> usize {
+    let mut stack = Stack::default();
+    let (mut hits, mut hidden) = (vec![None; rays.len()], vec![false; rays.len()]);
+    tracer.closest(rays, way, &mut stack, &mut hits);
+    tracer.occluded(rays, way, &mut stack, &mut hidden);
+    assert!(hits.iter().zip(&hidden).all(|(hit, is_hidden)| hit.is_some() == *is_hidden));
+    hits.iter().flatten().count()
 }
 
 /// Triangles and rays in general position, about one unit from everything.
@@ -67,26 +59,17 @@ fn the_flags_tell() {
 fn none_are_met_where_the_mesh_has_none() {
     let (soup, rays) = mesh_and_rays();
     let triangles = Triangles::new(Vertices::F32(&soup), None).unwrap();
-    let origins: Vec<_> = rays.iter().map(|ray| ray.origin).collect();
-    let directions: Vec<_> = rays.iter().map(|ray| ray.direction).collect();
-    let (t_min, t_max) = (Limits::All(0.0), Limits::All(f64::INFINITY));
-    let batch = RayBatch { origins: Vectors::F64(&origins), directions: Vectors::F64(&directions), t_min, t_max };
-    let here = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     let layouts = [Layout::Classic, Layout::Wide, Layout::Compact];
     let precisions = [Precision::Fast, Precision::Watertight];
     for (layout, precision) in layouts.into_iter().flat_map(|layout| precisions.map(|precision| (layout, precision))) {
         let options = BuildOptions { layout, precision, ..Default::default() };
         let tree = build(&triangles, &options, &Control::default()).unwrap();
         for set in instruction_sets() {
-            let work = || assert!(dispatch_to(*set, Trace(&tree, &triangles, &rays)) > 100);
-            assert!(!meets_subnormals(work), "{options:?} in {set:?}");
+            let tracer = Tracer { tree: &tree, triangles: &triangles, set: *set };
+            for way in [Way::Alone, Way::InFlight, Way::Packets] {
+                let work = || assert!(trace(&tracer, &rays, way) > 100);
+                assert!(!meets_subnormals(work), "{options:?} in {set:?}, {way:?}");
+            }
         }
-        let control = Control::default();
-        let closest = || drop(batch.closest::<f32>(&tree, &triangles, &control).unwrap());
-        let occluded = || drop(batch.occluded(&tree, &triangles, &control).unwrap());
-        here.install(|| {
-            assert!(!meets_subnormals(closest), "{options:?}, closest");
-            assert!(!meets_subnormals(occluded), "{options:?}, occluded");
-        });
     }
 }

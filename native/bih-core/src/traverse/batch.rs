@@ -2,12 +2,11 @@
 
 use rayon::prelude::*;
 
-use super::answers::{Answers, Float, Hits, HitsMut};
-use super::flight::{Rays, closest_in_flight, occluded_in_flight};
-use super::{Counts, Stack, closest};
+use super::trace::{Tracer, Way};
+use super::{Counts, Hit, Stack};
 use crate::control::{Cancelled, Control};
 use crate::geometry::{Ray, Triangles};
-use crate::simd::{FloatEnvironment, Kernel, Lanes, dispatch};
+use crate::simd::FloatEnvironment;
 use crate::tree::Tree;
 
 /// Rays that a thread takes at a time: enough to forget what taking them costs, few enough to cancel promptly.
@@ -71,6 +70,49 @@ pub struct RayBatch<'a> {
     pub t_max: Limits<'a>,
 }
 
+/// A number that answers are given in.
+pub trait Float: Copy + Send + 'static {
+    /// The distance of a miss.
+    const INFINITY: Self;
+    /// The weights of a miss.
+    const ZERO: Self;
+    /// The nearest one; a finite number stays finite: infinity means a miss.
+    fn narrowed(x: f64) -> Self;
+}
+
+impl Float for f32 {
+    const INFINITY: Self = f32::INFINITY;
+    const ZERO: Self = 0.0;
+    #[inline(always)]
+    fn narrowed(x: f64) -> Self {
+        if x.is_finite() { (x as f32).clamp(f32::MIN, f32::MAX) } else { x as f32 }
+    }
+}
+
+impl Float for f64 {
+    const INFINITY: Self = f64::INFINITY;
+    const ZERO: Self = 0.0;
+    #[inline(always)]
+    fn narrowed(x: f64) -> Self {
+        x
+    }
+}
+
+/// The nearest hits of many rays.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Hits<F> {
+    /// Distances; infinite for a miss.
+    pub t: Vec<F>,
+    /// Rows of the triangles; -1 for a miss.
+    pub triangle: Vec<i32>,
+    /// Weights of their second vertices.
+    pub u: Vec<F>,
+    /// Weights of their third vertices.
+    pub v: Vec<F>,
+    /// How many rays no answer can be given for.
+    pub invalid: usize,
+}
+
 impl RayBatch<'_> {
     #[inline(always)]
     fn ray(&self, row: usize) -> Ray {
@@ -101,20 +143,25 @@ impl RayBatch<'_> {
     ) -> Result<Hits<F>, Cancelled> {
         let count = self.len();
         control.start(count);
-        let (mut t, mut triangle) = (vec![F::ZERO; count], vec![0; count]);
+        let (mut t, mut triangle) = (vec![F::INFINITY; count], vec![-1; count]);
         let (mut u, mut v) = (vec![F::ZERO; count], vec![F::ZERO; count]);
         let arrays = (t.par_chunks_mut(CHUNK), triangle.par_chunks_mut(CHUNK));
         let arrays = (arrays.0, arrays.1, u.par_chunks_mut(CHUNK), v.par_chunks_mut(CHUNK));
         let invalid = arrays
             .into_par_iter()
             .enumerate()
-            .map(|(chunk, (t, triangle, u, v))| {
-                let _standard = FloatEnvironment::standard();
+            .map_init(Worker::default, |worker, (chunk, (t, triangle, u, v))| {
                 control.advance(t.len())?;
-                t.fill(F::INFINITY);
-                triangle.fill(-1);
-                let rays = Chunk::new(self, chunk, HitsMut { t, triangle, u, v });
-                Ok(dispatch(Closest { tree, triangles, rays }))
+                let invalid = worker.take(self, chunk, t.len());
+                for (place, hit) in worker.closest(tree, triangles).iter().enumerate() {
+                    if let Some(hit) = hit {
+                        t[place] = F::narrowed(hit.t);
+                        triangle[place] = hit.triangle as i32;
+                        u[place] = F::narrowed(hit.u);
+                        v[place] = F::narrowed(hit.v);
+                    }
+                }
+                Ok(invalid)
             })
             .try_reduce(|| 0, |a, b| Ok(a + b))?;
         Ok(Hits { t, triangle, u, v, invalid })
@@ -122,113 +169,68 @@ impl RayBatch<'_> {
 
     /// Whether each ray hits anything; an invalid ray does not.
     pub fn occluded(&self, tree: &Tree, triangles: &Triangles, control: &Control) -> Result<Vec<bool>, Cancelled> {
-        self.each(control, |rays| dispatch(Occluded { tree, triangles, rays }))
+        self.each(control, |worker, hidden| {
+            let way = Way::suited(tree, &worker.rays);
+            Tracer::new(tree, triangles).occluded(&worker.rays, way, &mut worker.stack, hidden);
+        })
     }
 
     /// What the nearest hit of each ray costs; nothing for an invalid ray.
     pub fn cost(&self, tree: &Tree, triangles: &Triangles, control: &Control) -> Result<Vec<Counts>, Cancelled> {
-        self.each(control, |rays| dispatch(Cost { tree, triangles, rays }))
+        self.each(control, |worker, counts| {
+            Tracer::new(tree, triangles).cost(&worker.rays, &mut worker.stack, counts);
+        })
     }
 
     fn each<A: Clone + Default + Send>(
         &self,
         control: &Control,
-        work: impl Fn(Chunk<&mut [A]>) + Sync,
+        work: impl Fn(&mut Worker, &mut [A]) + Sync,
     ) -> Result<Vec<A>, Cancelled> {
         let mut answers = vec![A::default(); self.len()];
         control.start(answers.len());
-        answers.par_chunks_mut(CHUNK).enumerate().try_for_each(|(chunk, answers)| {
-            let _standard = FloatEnvironment::standard();
+        answers.par_chunks_mut(CHUNK).enumerate().try_for_each_init(Worker::default, |worker, (chunk, answers)| {
             control.advance(answers.len())?;
-            work(Chunk::new(self, chunk, answers));
+            worker.take(self, chunk, answers.len());
+            work(worker, answers);
             Ok(())
         })?;
         Ok(answers)
     }
 }
 
-/// The rays that one thread takes at a time, and where their answers go.
-struct Chunk<'a, O> {
-    batch: &'a RayBatch<'a>,
-    first: usize,
-    /// Of the next ray.
-    place: usize,
-    answers: O,
-    invalid: usize,
+/// What a thread keeps from one chunk of rays to the next.
+struct Worker {
+    _standard: FloatEnvironment,
+    rays: Vec<Ray>,
+    hits: Vec<Option<Hit>>,
+    stack: Stack,
 }
 
-impl<'a, O> Chunk<'a, O> {
-    fn new(batch: &'a RayBatch<'a>, chunk: usize, answers: O) -> Self {
-        Self { batch, first: chunk * CHUNK, place: 0, answers, invalid: 0 }
-    }
-}
-
-impl<A, O: Answers<A>> Rays<A> for Chunk<'_, O> {
-    #[inline(always)]
-    fn next(&mut self) -> Option<(usize, Ray)> {
-        while self.place < self.answers.len() {
-            let place = self.place;
-            self.place += 1;
-            let ray = self.batch.ray(self.first + place);
-            if ray.is_valid() {
-                return Some((place, ray));
-            }
-            self.invalid += 1;
+impl Default for Worker {
+    fn default() -> Self {
+        Self {
+            _standard: FloatEnvironment::standard(),
+            rays: Vec::with_capacity(CHUNK),
+            hits: Vec::with_capacity(CHUNK),
+            stack: Stack::default(),
         }
-        None
-    }
-
-    #[inline(always)]
-    fn answer(&mut self, number: usize, answer: A) {
-        self.answers.put(number, answer);
     }
 }
 
-struct Closest<'a, F> {
-    tree: &'a Tree,
-    triangles: &'a Triangles<'a>,
-    rays: Chunk<'a, HitsMut<'a, F>>,
-}
-
-impl<F: Float> Kernel for Closest<'_, F> {
-    /// How many rays were invalid.
-    type Output = usize;
-    #[inline(always)]
-    fn run<L: Lanes>(mut self) -> usize {
-        closest_in_flight::<L, _>(self.tree, self.triangles, &mut self.rays);
-        self.rays.invalid
+impl Worker {
+    /// Take the rays of a chunk. Answers how many of them no answer can be given for.
+    fn take(&mut self, batch: &RayBatch, chunk: usize, count: usize) -> usize {
+        let first = chunk * CHUNK;
+        self.rays.clear();
+        self.rays.extend((first..first + count).map(|row| batch.ray(row)));
+        self.rays.iter().filter(|ray| !ray.is_valid()).count()
     }
-}
 
-struct Occluded<'a> {
-    tree: &'a Tree,
-    triangles: &'a Triangles<'a>,
-    rays: Chunk<'a, &'a mut [bool]>,
-}
-
-impl Kernel for Occluded<'_> {
-    type Output = ();
-    #[inline(always)]
-    fn run<L: Lanes>(mut self) {
-        occluded_in_flight::<L, _>(self.tree, self.triangles, &mut self.rays);
-    }
-}
-
-struct Cost<'a> {
-    tree: &'a Tree,
-    triangles: &'a Triangles<'a>,
-    rays: Chunk<'a, &'a mut [Counts]>,
-}
-
-impl Kernel for Cost<'_> {
-    type Output = ();
-    #[inline(always)]
-    fn run<L: Lanes>(mut self) {
-        let mut stack = Stack::default();
-        while let Some((place, ray)) = self.rays.next() {
-            let mut counts = Counts::default();
-            closest::<L, _>(self.tree, self.triangles, &ray, &mut stack, &mut counts);
-            self.rays.answer(place, counts);
-        }
+    fn closest(&mut self, tree: &Tree, triangles: &Triangles) -> &[Option<Hit>] {
+        self.hits.resize(self.rays.len(), None);
+        let way = Way::suited(tree, &self.rays);
+        Tracer::new(tree, triangles).closest(&self.rays, way, &mut self.stack, &mut self.hits);
+        &self.hits
     }
 }

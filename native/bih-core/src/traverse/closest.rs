@@ -13,7 +13,7 @@ use crate::build::Precision;
 use crate::geometry::{Corners, Ray, Triangles};
 use crate::intersect::{Distance, RayTest, SingleHit, weights};
 use crate::simd::Lanes;
-use crate::tree::{Kind, Packed, Tree};
+use crate::tree::{Kind, Tree};
 
 /// A hit: the lowest row among the nearest triangles.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -112,26 +112,18 @@ pub fn closest<L: Lanes, C: Counter>(
     counter: &mut C,
 ) -> Option<Hit> {
     if let Some(wide) = &tree.wide {
-        return in_records::<L, C, _>(&Scene::new(wide, tree, triangles), ray, stack, counter);
-    }
-    if let Some(compact) = &tree.compact {
-        return in_records::<L, C, _>(&Scene::new(compact, tree, triangles), ray, stack, counter);
+        return in_records::<L, C>(&Scene::new(wide, tree, triangles), ray, stack, counter);
     }
     in_nodes(tree, triangles, ray, stack, counter)
 }
 
 /// The same over records.
 #[inline(always)]
-fn in_records<L: Lanes, C: Counter, R: Packed>(
-    scene: &Scene<R>,
-    ray: &Ray,
-    stack: &mut Stack,
-    counter: &mut C,
-) -> Option<Hit> {
+fn in_records<L: Lanes, C: Counter>(scene: &Scene, ray: &Ray, stack: &mut Stack, counter: &mut C) -> Option<Hit> {
     let stack = &mut stack.wide;
     match scene.tree.precision {
-        Precision::Fast => wide::search::<L, FastClosest, C, R>(scene, ray, stack, counter),
-        Precision::Watertight => wide::search::<L, WatertightClosest, C, R>(scene, ray, stack, counter),
+        Precision::Fast => wide::search::<L, FastClosest, C>(scene, ray, stack, counter),
+        Precision::Watertight => wide::search::<L, WatertightClosest, C>(scene, ray, stack, counter),
     }
 }
 

@@ -7,7 +7,6 @@ use super::slab::Slab;
 use crate::geometry::{Ray, round_down, round_up};
 use crate::intersect::{Meeting, SingleHit, SingleRay};
 use crate::simd::{Lanes, Mask};
-use crate::tree::Packed;
 
 impl SingleRay {
     /// The nearest ray of single precision, and those t of single precision that count.
@@ -37,7 +36,7 @@ impl SingleRay {
     /// A ray meets no triangle before it enters the box, so what rounding put before is moved there: a box beyond the
     /// nearest hit then holds no nearer one, and the answer does not depend on the order of boxes.
     #[inline(always)]
-    fn meet_eight<L: Lanes, R: Packed>(&self, scene: &Scene<R>, leaf: Leaf, near: f32) -> (u8, L, Meeting<L>) {
+    fn meet_eight<L: Lanes>(&self, scene: &Scene, leaf: Leaf, near: f32) -> (u8, L, Meeting<L>) {
         let vertices = scene.vertices(leaf);
         let meeting = Meeting::<L>::new(&splat(&self.origin), &splat(&self.direction), &vertices);
         // Dividing all costs less than a branch on whether any is inside.
@@ -69,7 +68,7 @@ const NONE: usize = usize::MAX;
 impl FastClosest {
     /// Whether a hit at `t` comes before the nearest so far.
     #[inline(always)]
-    fn precedes<R: Packed>(&self, t: f32, reference: usize, scene: &Scene<R>) -> bool {
+    fn precedes(&self, t: f32, reference: usize, scene: &Scene) -> bool {
         t < self.ray.t_max || self.best == NONE || scene.row(reference) < scene.row(self.best)
     }
 }
@@ -78,12 +77,12 @@ impl Search for FastClosest {
     type Answer = Option<Hit>;
 
     #[inline(always)]
-    fn new<R: Packed>(ray: &Ray, _: &Scene<R>) -> Self {
+    fn new(ray: &Ray, _: &Scene) -> Self {
         Self { ray: SingleRay::new(ray), best: NONE, weights: [0.0; 3] }
     }
 
     #[inline(always)]
-    fn slab<R: Packed>(&self, _: &Ray, scene: &Scene<R>) -> Option<Slab> {
+    fn slab(&self, _: &Ray, scene: &Scene) -> Option<Slab> {
         Slab::single(&self.ray, scene)
     }
 
@@ -97,8 +96,8 @@ impl Search for FastClosest {
     }
 
     #[inline(always)]
-    fn test<L: Lanes, R: Packed>(&mut self, scene: &Scene<R>, leaf: Leaf, near: f32) -> bool {
-        let (within, t, meeting) = self.ray.meet_eight::<L, R>(scene, leaf, near);
+    fn test<L: Lanes>(&mut self, scene: &Scene, leaf: Leaf, near: f32) -> bool {
+        let (within, t, meeting) = self.ray.meet_eight::<L>(scene, leaf, near);
         if within == 0 {
             return false;
         }
@@ -114,7 +113,7 @@ impl Search for FastClosest {
     }
 
     #[inline(always)]
-    fn answer<R: Packed>(&self, scene: &Scene<R>) -> Option<Hit> {
+    fn answer(&self, scene: &Scene) -> Option<Hit> {
         if self.best == NONE {
             return None;
         }
@@ -135,12 +134,12 @@ impl Search for FastOccluded {
     type Answer = bool;
 
     #[inline(always)]
-    fn new<R: Packed>(ray: &Ray, _: &Scene<R>) -> Self {
+    fn new(ray: &Ray, _: &Scene) -> Self {
         Self { ray: SingleRay::new(ray), found: false }
     }
 
     #[inline(always)]
-    fn slab<R: Packed>(&self, _: &Ray, scene: &Scene<R>) -> Option<Slab> {
+    fn slab(&self, _: &Ray, scene: &Scene) -> Option<Slab> {
         Slab::single(&self.ray, scene)
     }
 
@@ -154,13 +153,13 @@ impl Search for FastOccluded {
     }
 
     #[inline(always)]
-    fn test<L: Lanes, R: Packed>(&mut self, scene: &Scene<R>, leaf: Leaf, near: f32) -> bool {
-        self.found = self.ray.meet_eight::<L, R>(scene, leaf, near).0 != 0;
+    fn test<L: Lanes>(&mut self, scene: &Scene, leaf: Leaf, near: f32) -> bool {
+        self.found = self.ray.meet_eight::<L>(scene, leaf, near).0 != 0;
         self.found
     }
 
     #[inline(always)]
-    fn answer<R: Packed>(&self, _: &Scene<R>) -> bool {
+    fn answer(&self, _: &Scene) -> bool {
         self.found
     }
 }

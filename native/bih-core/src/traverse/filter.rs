@@ -5,7 +5,6 @@ use super::scene::{Leaf, Scene};
 use crate::geometry::{Bounds, Ray, round_up};
 use crate::intersect::Meeting;
 use crate::simd::{Lanes, Mask};
-use crate::tree::Packed;
 
 /// Half a unit in the last place of 1 in single precision.
 const U: f64 = f32::EPSILON as f64 / 2.0;
@@ -60,7 +59,7 @@ impl Filter {
 
     /// The triangles of a leaf that may be hit before `limit`.
     #[inline(always)]
-    pub(super) fn candidates<L: Lanes, R: Packed>(&self, scene: &Scene<R>, leaf: Leaf, limit: f32) -> u8 {
+    pub(super) fn candidates<L: Lanes>(&self, scene: &Scene, leaf: Leaf, limit: f32) -> u8 {
         let vertices = scene.vertices(leaf);
         let Meeting { e1, e2, size, u, v, t: above } =
             Meeting::<L>::new(&splat(&self.origin), &splat(&self.direction), &vertices);

@@ -13,7 +13,7 @@ use super::{Hit, Stack, Uncounted, closest, occlusion};
 use crate::build::Precision;
 use crate::geometry::{Ray, Triangles};
 use crate::simd::Lanes;
-use crate::tree::{Child, Packed, Record, Tree};
+use crate::tree::{Child, Record, Tree};
 
 /// Rays that one thread has in flight: docs/decisions/rays-in-flight.md.
 const RAYS: usize = 32;
@@ -86,10 +86,7 @@ impl Queues {
 #[inline(always)]
 pub fn closest_in_flight<L: Lanes, R: Rays<Option<Hit>>>(tree: &Tree, triangles: &Triangles, rays: &mut R) {
     if let Some(wide) = &tree.wide {
-        return in_records::<L, FastClosest, WatertightClosest, _, R>(&Scene::new(wide, tree, triangles), rays);
-    }
-    if let Some(compact) = &tree.compact {
-        return in_records::<L, FastClosest, WatertightClosest, _, R>(&Scene::new(compact, tree, triangles), rays);
+        return in_records::<L, FastClosest, WatertightClosest, R>(&Scene::new(wide, tree, triangles), rays);
     }
     let mut stack = Stack::default();
     while let Some((number, ray)) = rays.next() {
@@ -101,10 +98,7 @@ pub fn closest_in_flight<L: Lanes, R: Rays<Option<Hit>>>(tree: &Tree, triangles:
 #[inline(always)]
 pub fn occluded_in_flight<L: Lanes, R: Rays<bool>>(tree: &Tree, triangles: &Triangles, rays: &mut R) {
     if let Some(wide) = &tree.wide {
-        return in_records::<L, FastOccluded, WatertightOccluded, _, R>(&Scene::new(wide, tree, triangles), rays);
-    }
-    if let Some(compact) = &tree.compact {
-        return in_records::<L, FastOccluded, WatertightOccluded, _, R>(&Scene::new(compact, tree, triangles), rays);
+        return in_records::<L, FastOccluded, WatertightOccluded, R>(&Scene::new(wide, tree, triangles), rays);
     }
     let mut stack = Stack::default();
     while let Some((number, ray)) = rays.next() {
@@ -114,26 +108,23 @@ pub fn occluded_in_flight<L: Lanes, R: Rays<bool>>(tree: &Tree, triangles: &Tria
 
 /// By the search of the tree's precision.
 #[inline(always)]
-fn in_records<L: Lanes, F: Search, W: Search<Answer = F::Answer>, B: Packed, R: Rays<F::Answer>>(
-    scene: &Scene<B>,
-    rays: &mut R,
-) {
+fn in_records<L: Lanes, F: Search, W: Search<Answer = F::Answer>, R: Rays<F::Answer>>(scene: &Scene, rays: &mut R) {
     match scene.tree.precision {
-        Precision::Fast => fly::<L, F, B, R>(scene, rays),
-        Precision::Watertight => fly::<L, W, B, R>(scene, rays),
+        Precision::Fast => fly::<L, F, R>(scene, rays),
+        Precision::Watertight => fly::<L, W, R>(scene, rays),
     }
 }
 
 /// Trace all rays.
 #[inline(always)]
-fn fly<L: Lanes, S: Search, B: Packed, R: Rays<S::Answer>>(scene: &Scene<B>, rays: &mut R) {
+fn fly<L: Lanes, S: Search, R: Rays<S::Answer>>(scene: &Scene, rays: &mut R) {
     if scene.wide.records.is_empty() {
         while let Some((number, ray)) = rays.next() {
             rays.answer(number, S::new(&ray, scene).answer(scene));
         }
         return;
     }
-    let Some(first) = start::<S, B, R>(scene, rays) else { return };
+    let Some(first) = start::<S, R>(scene, rays) else { return };
     let mut flying = [first; RAYS];
     let mut space = Record::EMPTY;
     let mut stacks = Postponed::new(RAYS, scene.wide.depth);
@@ -141,7 +132,7 @@ fn fly<L: Lanes, S: Search, B: Packed, R: Rays<S::Answer>>(scene: &Scene<B>, ray
     flying[0].end = stacks.start(0);
     queues.records.add_if(true, 0);
     for (place, slot) in flying.iter_mut().enumerate().skip(1) {
-        let Some(ray) = start::<S, B, R>(scene, rays) else { break };
+        let Some(ray) = start::<S, R>(scene, rays) else { break };
         *slot = Flying { end: stacks.start(place), ..ray };
         queues.records.add_if(true, place);
     }
@@ -157,7 +148,7 @@ fn fly<L: Lanes, S: Search, B: Packed, R: Rays<S::Answer>>(scene: &Scene<B>, ray
             let (near, far) = ray.slab.clip::<L>(record, limit);
             let order = record.order(ray.slab.octant());
             let places = near.push(far, record.words(), order, nears, words);
-            (ray.word, ray.end) = if B::IS_ORDERED {
+            (ray.word, ray.end) = if scene.is_ordered {
                 stacks.next(ray.end, places, record.last(order, places), limit)
             } else {
                 sort(nears, words, places);
@@ -169,7 +160,7 @@ fn fly<L: Lanes, S: Search, B: Packed, R: Rays<S::Answer>>(scene: &Scene<B>, ray
         for place in 0..std::mem::take(&mut queues.leaves.len) {
             let number = queues.leaves.get(place);
             let ray = &mut flying[number % RAYS];
-            let is_known = ray.search.test::<L, B>(scene, Leaf::new(ray.word), stacks.near(ray.end));
+            let is_known = ray.search.test::<L>(scene, Leaf::new(ray.word), stacks.near(ray.end));
             let end = select_unpredictable(is_known, stacks.start(number), ray.end);
             (ray.word, ray.end) = stacks.pop(end, ray.search.limit());
             scene.prefetch(ray.word);
@@ -179,7 +170,7 @@ fn fly<L: Lanes, S: Search, B: Packed, R: Rays<S::Answer>>(scene: &Scene<B>, ray
             let number = queues.done.get(place);
             let ray = &mut flying[number % RAYS];
             rays.answer(ray.number, ray.search.answer(scene));
-            if let Some(next) = start::<S, B, R>(scene, rays) {
+            if let Some(next) = start::<S, R>(scene, rays) {
                 *ray = Flying { end: stacks.start(number), ..next };
                 queues.records.add_if(true, number);
             }
@@ -189,14 +180,14 @@ fn fly<L: Lanes, S: Search, B: Packed, R: Rays<S::Answer>>(scene: &Scene<B>, ray
 
 /// The next ray that single precision has room for; others are traced at once.
 #[inline(always)]
-fn start<S: Search, B: Packed, R: Rays<S::Answer>>(scene: &Scene<B>, rays: &mut R) -> Option<Flying<S>> {
+fn start<S: Search, R: Rays<S::Answer>>(scene: &Scene, rays: &mut R) -> Option<Flying<S>> {
     loop {
         let (number, ray) = rays.next()?;
         let mut search = S::new(&ray, scene);
         if let Some(slab) = search.slab(&ray, scene) {
             return Some(Flying { slab, search, number, word: 0, end: 0 });
         }
-        walk_slowly::<S, Uncounted, B>(scene, &mut search, &mut Postponed::default(), &mut Uncounted);
+        walk_slowly::<S, Uncounted>(scene, &mut search, &mut Postponed::default(), &mut Uncounted);
         rays.answer(number, search.answer(scene));
     }
 }

@@ -1,6 +1,5 @@
 //! Queries: the nearest hit, any hit, and the naive intersector that they are tested against.
 
-mod answers;
 mod batch;
 mod closest;
 mod counters;
@@ -10,21 +9,22 @@ mod flight;
 mod interval;
 mod naive;
 mod occlusion;
-pub mod packet;
+mod packet;
 mod postponed;
 mod scene;
 mod search;
 mod single;
 mod slab;
 mod stack;
+mod trace;
 mod watertight;
 mod wide;
 
-pub use answers::{Float, Hits};
-pub use batch::{Limits, RayBatch, Vectors};
-pub use closest::{Hit, closest};
-pub use counters::{Counter, Counts, Uncounted};
-pub use flight::{Rays, closest_in_flight, occluded_in_flight};
+pub use batch::{Float, Hits, Limits, RayBatch, Vectors};
+pub use closest::Hit;
+pub use counters::Counts;
+use counters::{Counter, Uncounted};
 pub use naive::{naive_closest, naive_occluded};
-pub use occlusion::occluded;
+pub use packet::PACKET;
 pub use stack::Stack;
+pub use trace::{Tracer, Way};

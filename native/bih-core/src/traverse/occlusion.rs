@@ -11,7 +11,7 @@ use crate::build::Precision;
 use crate::geometry::{Ray, Triangles};
 use crate::intersect::RayTest;
 use crate::simd::Lanes;
-use crate::tree::{Packed, Tree};
+use crate::tree::Tree;
 
 /// Whether any triangle lies between the ends of a valid ray; ends at the first that does.
 #[inline(always)]
@@ -23,26 +23,18 @@ pub fn occluded<L: Lanes, C: Counter>(
     counter: &mut C,
 ) -> bool {
     if let Some(wide) = &tree.wide {
-        return in_records::<L, C, _>(&Scene::new(wide, tree, triangles), ray, stack, counter);
-    }
-    if let Some(compact) = &tree.compact {
-        return in_records::<L, C, _>(&Scene::new(compact, tree, triangles), ray, stack, counter);
+        return in_records::<L, C>(&Scene::new(wide, tree, triangles), ray, stack, counter);
     }
     in_nodes(tree, triangles, ray, stack, counter)
 }
 
 /// The same over records.
 #[inline(always)]
-fn in_records<L: Lanes, C: Counter, R: Packed>(
-    scene: &Scene<R>,
-    ray: &Ray,
-    stack: &mut Stack,
-    counter: &mut C,
-) -> bool {
+fn in_records<L: Lanes, C: Counter>(scene: &Scene, ray: &Ray, stack: &mut Stack, counter: &mut C) -> bool {
     let stack = &mut stack.wide;
     match scene.tree.precision {
-        Precision::Fast => wide::search::<L, FastOccluded, C, R>(scene, ray, stack, counter),
-        Precision::Watertight => wide::search::<L, WatertightOccluded, C, R>(scene, ray, stack, counter),
+        Precision::Fast => wide::search::<L, FastOccluded, C>(scene, ray, stack, counter),
+        Precision::Watertight => wide::search::<L, WatertightOccluded, C>(scene, ray, stack, counter),
     }
 }
 

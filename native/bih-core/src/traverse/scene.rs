@@ -3,19 +3,21 @@
 use super::slab;
 use crate::geometry::{Corners, Triangles};
 use crate::simd::{Lanes, prefetch};
-use crate::tree::{Child, Packed, Record, Target, Tree, WIDTH, Wide};
+use crate::tree::{Child, Record, Target, Tree, WIDTH, Wide};
 
 /// Numbers from the start of a leaf that whole vectors are read from.
-const ROWS: usize = 9 * WIDTH;
+pub(super) const ROWS: usize = 9 * WIDTH;
 
 /// A wide tree and its triangles.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Scene<'a, R> {
-    pub wide: &'a Wide<R>,
+pub(super) struct Scene<'a> {
+    pub wide: &'a Wide,
     pub tree: &'a Tree,
     pub triangles: &'a Triangles<'a>,
     /// Whether single precision has room for the coordinates.
     pub is_small: bool,
+    /// Whether the records know in which order a ray meets their children.
+    pub is_ordered: bool,
 }
 
 /// A leaf's range of references, 1 to 8 of them.
@@ -41,14 +43,14 @@ impl Leaf {
     }
 }
 
-impl<'a, R: Packed> Scene<'a, R> {
-    pub(super) fn new(wide: &'a Wide<R>, tree: &'a Tree, triangles: &'a Triangles<'a>) -> Self {
-        Self { wide, tree, triangles, is_small: slab::is_small(&tree.bounds) }
+impl<'a> Scene<'a> {
+    pub(super) fn new(wide: &'a Wide, tree: &'a Tree, triangles: &'a Triangles<'a>) -> Self {
+        Self { wide, tree, triangles, is_small: slab::is_small(&tree.bounds), is_ordered: wide.records.are_ordered() }
     }
 
     #[inline(always)]
     pub(super) fn record<'s, L: Lanes>(&'s self, word: u32, space: &'s mut Record) -> &'s Record {
-        self.wide.records[word as usize].unpacked::<L>(space)
+        self.wide.records.get::<L>(word as usize, space)
     }
 
     /// The caller's row of a reference.
@@ -63,6 +65,16 @@ impl<'a, R: Packed> Scene<'a, R> {
         // In single precision the corners are at hand.
         let stored = self.wide.corners(leaf.first, leaf.count, lane);
         stored.unwrap_or_else(|| self.triangles.corners(self.row(leaf.first + lane)))
+    }
+
+    /// The rows of a leaf, and what follows them; `space` is where they may be gathered.
+    #[inline(always)]
+    pub(super) fn rows<'s>(&'s self, leaf: Leaf, space: &'s mut [f32; ROWS]) -> &'s [f32] {
+        if self.wide.rows.is_empty() {
+            *space = self.gathered(leaf);
+            return space;
+        }
+        &self.wide.rows[9 * leaf.first..]
     }
 
     /// The first, second and third vertices of the triangles of a leaf; lanes without one hold anything.
@@ -96,13 +108,10 @@ impl<'a, R: Packed> Scene<'a, R> {
     /// Tell the processor what is read next; without a branch, which could not be predicted.
     #[inline(always)]
     pub(super) fn prefetch(&self, word: u32) {
-        let records: &[f32] = bytemuck::cast_slice(&self.wide.records);
         let index = Child::index(word);
-        let (numbers, start) = if Child::is_leaf(word) {
-            (&self.wide.rows[..], 9 * index)
-        } else {
-            (records, size_of::<R>() / size_of::<f32>() * index)
-        };
+        let (records, stride) = self.wide.records.numbers();
+        let (numbers, start) =
+            if Child::is_leaf(word) { (&self.wide.rows[..], 9 * index) } else { (records, stride * index) };
         prefetch::<4, _>(numbers, start);
     }
 }

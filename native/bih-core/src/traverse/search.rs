@@ -4,7 +4,6 @@ use super::scene::{Leaf, Scene};
 use super::slab::Slab;
 use crate::geometry::Ray;
 use crate::simd::Lanes;
-use crate::tree::Packed;
 
 /// The state of one ray, which the walks over records carry from leaf to leaf.
 pub(super) trait Search: Copy {
@@ -12,10 +11,10 @@ pub(super) trait Search: Copy {
     type Answer;
 
     /// Before the first leaf.
-    fn new<R: Packed>(ray: &Ray, scene: &Scene<R>) -> Self;
+    fn new(ray: &Ray, scene: &Scene) -> Self;
 
     /// The ray as the boxes see it; none where it must be walked in double precision.
-    fn slab<R: Packed>(&self, ray: &Ray, scene: &Scene<R>) -> Option<Slab>;
+    fn slab(&self, ray: &Ray, scene: &Scene) -> Option<Slab>;
 
     /// The ray that is walked in double precision.
     fn ray(&self) -> Ray;
@@ -24,8 +23,8 @@ pub(super) trait Search: Copy {
     fn limit(&self) -> f32;
 
     /// Test the triangles of a leaf, whose box the ray enters at `near`. Whether the answer is known now.
-    fn test<L: Lanes, R: Packed>(&mut self, scene: &Scene<R>, leaf: Leaf, near: f32) -> bool;
+    fn test<L: Lanes>(&mut self, scene: &Scene, leaf: Leaf, near: f32) -> bool;
 
     /// What was found.
-    fn answer<R: Packed>(&self, scene: &Scene<R>) -> Self::Answer;
+    fn answer(&self, scene: &Scene) -> Self::Answer;
 }

@@ -115,7 +115,7 @@ fn octant(is_negative: [bool; 3]) -> u32 {
 impl Slab {
     /// None where single precision might lose a hit: t may be negative, or coordinates overflow.
     #[inline(always)]
-    pub(super) fn new<R>(ray: &Ray, scene: &Scene<R>) -> Option<Self> {
+    pub(super) fn new(ray: &Ray, scene: &Scene) -> Option<Self> {
         let is_near = ray.origin.iter().all(|x| x.abs() < f64::from(RANGE));
         // Written out: a loop over the axes would build the slab in memory, and copying what was just stored in pieces
         // stalls.
@@ -132,7 +132,7 @@ impl Slab {
     /// The same for a ray that is all of single precision. An infinite direction says nothing of any box, and so would find
     /// a child in every lane.
     #[inline(always)]
-    pub(super) fn single<R>(ray: &SingleRay, scene: &Scene<R>) -> Option<Self> {
+    pub(super) fn single(ray: &SingleRay, scene: &Scene) -> Option<Self> {
         let is_near = ray.origin.iter().all(|x| x.abs() < RANGE) && ray.direction.iter().all(|x| x.is_finite());
         if !(ray.t_min >= 0.0 && is_near && scene.is_small) {
             return None;

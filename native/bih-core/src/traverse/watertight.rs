@@ -9,18 +9,17 @@ use super::slab::{Slab, TINY};
 use crate::geometry::{Ray, round_up};
 use crate::intersect::RayTest;
 use crate::simd::Lanes;
-use crate::tree::Packed;
 
 /// What a ray does not meet before `limit`, none where single precision cannot tell.
 #[inline(always)]
-fn filter<R: Packed>(ray: &Ray, scene: &Scene<R>) -> Option<Filter> {
+fn filter(ray: &Ray, scene: &Scene) -> Option<Filter> {
     if scene.triangles.is_double() { None } else { Filter::new(ray, &scene.tree.bounds) }
 }
 
 #[inline(always)]
-fn candidates<L: Lanes, R: Packed>(filter: &Option<Filter>, scene: &Scene<R>, leaf: Leaf, limit: f32) -> u8 {
+fn candidates<L: Lanes>(filter: &Option<Filter>, scene: &Scene, leaf: Leaf, limit: f32) -> u8 {
     match filter {
-        Some(filter) => filter.candidates::<L, R>(scene, leaf, limit),
+        Some(filter) => filter.candidates::<L>(scene, leaf, limit),
         None => leaf.lanes(),
     }
 }
@@ -43,13 +42,13 @@ impl Search for WatertightClosest {
     type Answer = Option<Hit>;
 
     #[inline(always)]
-    fn new<R: Packed>(ray: &Ray, scene: &Scene<R>) -> Self {
+    fn new(ray: &Ray, scene: &Scene) -> Self {
         let nearest = Nearest::new(ray, scene.tree);
         Self { nearest, filter: filter(ray, scene), limit: single(ray.t_max) }
     }
 
     #[inline(always)]
-    fn slab<R: Packed>(&self, ray: &Ray, scene: &Scene<R>) -> Option<Slab> {
+    fn slab(&self, ray: &Ray, scene: &Scene) -> Option<Slab> {
         Slab::new(ray, scene)
     }
 
@@ -63,8 +62,8 @@ impl Search for WatertightClosest {
     }
 
     #[inline(always)]
-    fn test<L: Lanes, R: Packed>(&mut self, scene: &Scene<R>, leaf: Leaf, _: f32) -> bool {
-        for lane in bits(candidates::<L, R>(&self.filter, scene, leaf, self.limit)) {
+    fn test<L: Lanes>(&mut self, scene: &Scene, leaf: Leaf, _: f32) -> bool {
+        for lane in bits(candidates::<L>(&self.filter, scene, leaf, self.limit)) {
             self.nearest.offer(scene.row(leaf.first + lane), scene.corners(leaf, lane));
             self.limit = single(self.nearest.limit());
         }
@@ -72,7 +71,7 @@ impl Search for WatertightClosest {
     }
 
     #[inline(always)]
-    fn answer<R: Packed>(&self, _: &Scene<R>) -> Option<Hit> {
+    fn answer(&self, _: &Scene) -> Option<Hit> {
         self.nearest.hit()
     }
 }
@@ -91,13 +90,13 @@ impl Search for WatertightOccluded {
     type Answer = bool;
 
     #[inline(always)]
-    fn new<R: Packed>(ray: &Ray, scene: &Scene<R>) -> Self {
+    fn new(ray: &Ray, scene: &Scene) -> Self {
         let test = RayTest::new(ray, scene.tree.bounds());
         Self { ray: *ray, test, filter: filter(ray, scene), limit: single(ray.t_max), found: false }
     }
 
     #[inline(always)]
-    fn slab<R: Packed>(&self, ray: &Ray, scene: &Scene<R>) -> Option<Slab> {
+    fn slab(&self, ray: &Ray, scene: &Scene) -> Option<Slab> {
         Slab::new(ray, scene)
     }
 
@@ -111,8 +110,8 @@ impl Search for WatertightOccluded {
     }
 
     #[inline(always)]
-    fn test<L: Lanes, R: Packed>(&mut self, scene: &Scene<R>, leaf: Leaf, _: f32) -> bool {
-        for lane in bits(candidates::<L, R>(&self.filter, scene, leaf, self.limit)) {
+    fn test<L: Lanes>(&mut self, scene: &Scene, leaf: Leaf, _: f32) -> bool {
+        for lane in bits(candidates::<L>(&self.filter, scene, leaf, self.limit)) {
             if distance_within(&self.ray, &self.test, &scene.corners(leaf, lane)).is_some() {
                 self.found = true;
                 return true;
@@ -122,7 +121,7 @@ impl Search for WatertightOccluded {
     }
 
     #[inline(always)]
-    fn answer<R: Packed>(&self, _: &Scene<R>) -> bool {
+    fn answer(&self, _: &Scene) -> bool {
         self.found
     }
 }

@@ -10,12 +10,12 @@ use super::search::Search;
 use super::slab::Slab;
 use crate::geometry::{Ray, round_down};
 use crate::simd::{Lanes, Scalar};
-use crate::tree::{Child, Packed, Record, WIDTH};
+use crate::tree::{Child, Record, WIDTH};
 
 /// The answer for one valid ray.
 #[inline(always)]
-pub(super) fn search<L: Lanes, S: Search, C: Counter, R: Packed>(
-    scene: &Scene<R>,
+pub(super) fn search<L: Lanes, S: Search, C: Counter>(
+    scene: &Scene,
     ray: &Ray,
     stack: &mut Postponed,
     counter: &mut C,
@@ -23,16 +23,16 @@ pub(super) fn search<L: Lanes, S: Search, C: Counter, R: Packed>(
     let mut search = S::new(ray, scene);
     if !scene.wide.records.is_empty() {
         match search.slab(ray, scene) {
-            Some(slab) => walk::<L, S, C, R>(scene, &slab, &mut search, stack, counter),
-            None => walk_slowly::<S, C, R>(scene, &mut search, stack, counter),
+            Some(slab) => walk::<L, S, C>(scene, &slab, &mut search, stack, counter),
+            None => walk_slowly::<S, C>(scene, &mut search, stack, counter),
         }
     }
     search.answer(scene)
 }
 
 #[inline(always)]
-fn walk<L: Lanes, S: Search, C: Counter, R: Packed>(
-    scene: &Scene<R>,
+fn walk<L: Lanes, S: Search, C: Counter>(
+    scene: &Scene,
     slab: &Slab,
     search: &mut S,
     stack: &mut Postponed,
@@ -47,7 +47,7 @@ fn walk<L: Lanes, S: Search, C: Counter, R: Packed>(
         if Child::is_leaf(word) {
             let leaf = Leaf::new(word);
             counter.test_triangles(leaf.count);
-            if search.test::<L, R>(scene, leaf, stack.near(end)) {
+            if search.test::<L>(scene, leaf, stack.near(end)) {
                 return;
             }
             limit = search.limit();
@@ -58,7 +58,7 @@ fn walk<L: Lanes, S: Search, C: Counter, R: Packed>(
             let (nears, words) = stack.room(end);
             let (near, far) = slab.clip::<L>(record, limit);
             let places = near.push(far, record.words(), order, nears, words);
-            (word, end) = if R::IS_ORDERED {
+            (word, end) = if scene.is_ordered {
                 let nearest = record.last(order, places);
                 // Memory is asked for the second while the nearest is walked.
                 let others = places & !(1 << (places | 1).ilog2());
@@ -76,8 +76,8 @@ fn walk<L: Lanes, S: Search, C: Counter, R: Packed>(
 /// function of its own, so it uses the lanes of no instruction set.
 #[cold]
 #[inline(never)]
-pub(super) fn walk_slowly<S: Search, C: Counter, R: Packed>(
-    scene: &Scene<R>,
+pub(super) fn walk_slowly<S: Search, C: Counter>(
+    scene: &Scene,
     search: &mut S,
     stack: &mut Postponed,
     counter: &mut C,
@@ -92,7 +92,7 @@ pub(super) fn walk_slowly<S: Search, C: Counter, R: Packed>(
         if Child::is_leaf(word) {
             let leaf = Leaf::new(word);
             counter.test_triangles(leaf.count);
-            if search.test::<Scalar, R>(scene, leaf, stack.near(end)) {
+            if search.test::<Scalar>(scene, leaf, stack.near(end)) {
                 return;
             }
         } else {

@@ -1,9 +1,8 @@
 //! Records of eight children with boxes in eight bits a coordinate: for meshes that fill the memory.
 
 use bytemuck::{Pod, Zeroable};
-use rayon::prelude::*;
 
-use super::wide::{Child, Packed, Record, WIDTH, Wide};
+use super::wide::{Child, Record, WIDTH};
 use crate::geometry::Bounds;
 use crate::simd::Lanes;
 
@@ -116,11 +115,10 @@ impl CompactRecord {
     }
 }
 
-impl Packed for CompactRecord {
-    const IS_ORDERED: bool = false;
-
+impl CompactRecord {
+    /// The record itself, without orders, in `space`.
     #[inline(always)]
-    fn unpacked<'a, L: Lanes>(&'a self, space: &'a mut Record) -> &'a Record {
+    pub fn unpacked<'a, L: Lanes>(&self, space: &'a mut Record) -> &'a Record {
         let nothing = L::mask(!self.lanes);
         for axis in 0..3 {
             let (corner, width) = self.grid(axis);
@@ -133,14 +131,6 @@ impl Packed for CompactRecord {
         }
         space.children = self.children;
         space
-    }
-}
-
-impl Wide<CompactRecord> {
-    /// The same tree with quantised boxes, and without the vertices.
-    pub fn new(wide: &Wide) -> Self {
-        let records = wide.records.par_iter().with_min_len(1024).map(CompactRecord::new).collect();
-        Self { records, rows: Vec::new(), depth: wide.depth }
     }
 }
 

@@ -14,7 +14,7 @@ pub use stats::Stats;
 pub use table::{NodeRow, node_table};
 pub use validate::validate;
 pub use visitor::{Visit, Visitor};
-pub use wide::{Child, Orders, Packed, Record, Target, WIDTH, Wide};
+pub use wide::{Child, Orders, Record, Records, Target, WIDTH, Wide};
 
 use crate::build::{Heuristic, Precision};
 use crate::geometry::Bounds;
@@ -31,8 +31,6 @@ pub struct Tree {
     pub(crate) nodes: Vec<Node>,
     /// Instead of the nodes.
     pub(crate) wide: Option<Wide>,
-    /// Instead of both.
-    pub(crate) compact: Option<Wide<CompactRecord>>,
     /// Triangle rows in leaf order, then the rejected rows.
     pub(crate) order: Vec<u32>,
     pub(crate) rejected: usize,
@@ -59,14 +57,9 @@ impl Tree {
         &self.order[..self.order.len() - self.rejected]
     }
 
-    /// The records of the wide layout.
+    /// The records of the wide and compact layouts.
     pub fn wide(&self) -> Option<&Wide> {
         self.wide.as_ref()
-    }
-
-    /// The records of the compact layout.
-    pub fn compact(&self) -> Option<&Wide<CompactRecord>> {
-        self.compact.as_ref()
     }
 
     /// Bounds of all triangles that can be hit; empty where there is none.

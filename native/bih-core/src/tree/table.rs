@@ -43,7 +43,7 @@ pub fn node_table(
     control: &Control,
 ) -> Result<Vec<NodeRow>, Error> {
     let built;
-    let binary = if tree.wide.is_none() && tree.compact.is_none() {
+    let binary = if tree.wide.is_none() {
         tree
     } else {
         let options = BuildOptions {

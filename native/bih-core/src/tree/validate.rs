@@ -1,6 +1,6 @@
 //! Every rule that a tree keeps, checked one by one.
 
-use super::{Kind, MAX_DEPTH, Packed, Record, Target, Tree, WIDTH, Wide};
+use super::{Kind, MAX_DEPTH, Record, Target, Tree, WIDTH, Wide};
 use crate::error::Error;
 use crate::geometry::{Bounds, Triangles};
 use crate::simd::Scalar;
@@ -25,9 +25,6 @@ pub fn validate(tree: &Tree, triangles: &Triangles) -> Result<(), Error> {
     let references = tree.references();
     if let Some(wide) = &tree.wide {
         return validate_records(wide, references, triangles);
-    }
-    if let Some(compact) = &tree.compact {
-        return validate_records(compact, references, triangles);
     }
     if tree.nodes.is_empty() {
         let lost = references.len();
@@ -80,7 +77,7 @@ pub fn validate(tree: &Tree, triangles: &Triangles) -> Result<(), Error> {
 
 /// The same of records: each leaf's triangles lie within the box of its lane and of every lane above it, and the rows
 /// hold their vertices.
-fn validate_records<R: Packed>(wide: &Wide<R>, references: &[u32], triangles: &Triangles) -> Result<(), Error> {
+fn validate_records(wide: &Wide, references: &[u32], triangles: &Triangles) -> Result<(), Error> {
     let broken = |node: usize, problem: String| Err(Error::Broken { node, problem });
     let mut seen = vec![false; references.len()];
     let mut reached = 0;
@@ -92,14 +89,14 @@ fn validate_records<R: Packed>(wide: &Wide<R>, references: &[u32], triangles: &T
     }
     while let Some((index, outer)) = stack.pop() {
         reached += 1;
-        let Some(record) = wide.records.get(index) else {
+        if index >= wide.records.len() {
             return broken(index, format!("{} records", wide.records.len()));
-        };
-        let record = record.unpacked::<Scalar>(&mut space);
+        }
+        let record = wide.records.get::<Scalar>(index, &mut space);
         for lane in (0..WIDTH).filter(|&lane| record.bounds(lane) != Bounds::EMPTY) {
             let bounds = record.bounds(lane);
             // Of quantised boxes each is rounded outward by itself.
-            if R::IS_ORDERED && !outer.contains(&bounds) {
+            if wide.records.are_ordered() && !outer.contains(&bounds) {
                 return broken(index, format!("lane {lane} reaches out of its record"));
             }
             let bounds = bounds.intersection(&outer);

@@ -1,7 +1,9 @@
 //! Records of eight children with their boxes: several levels of the binary tree collapsed into one, for vector units.
 
 use bytemuck::{Pod, Zeroable};
+use rayon::prelude::*;
 
+use super::CompactRecord;
 use crate::geometry::{Bounds, Corners};
 use crate::simd::Lanes;
 
@@ -110,24 +112,6 @@ impl Child {
     }
 }
 
-/// A record in the form in which it is kept.
-pub trait Packed: Pod + Send + Sync {
-    /// Whether `Record::order` is known; if not, children are sorted by where a ray enters them.
-    const IS_ORDERED: bool;
-
-    /// The record itself; `space` is where it may be unpacked.
-    fn unpacked<'a, L: Lanes>(&'a self, space: &'a mut Record) -> &'a Record;
-}
-
-impl Packed for Record {
-    const IS_ORDERED: bool = true;
-
-    #[inline(always)]
-    fn unpacked<'a, L: Lanes>(&'a self, _: &'a mut Record) -> &'a Record {
-        self
-    }
-}
-
 impl Record {
     /// Bytes of one record.
     pub const BYTES: usize = size_of::<Self>();
@@ -200,11 +184,76 @@ impl Record {
     }
 }
 
+/// Records in one of two forms.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Records {
+    /// As they are traced.
+    Full(Vec<Record>),
+    /// With quantised boxes, unpacked where they are traced.
+    Compact(Vec<CompactRecord>),
+}
+
+impl Records {
+    /// The same with quantised boxes.
+    pub fn compacted(self) -> Self {
+        match self {
+            Self::Full(records) => {
+                Self::Compact(records.par_iter().with_min_len(1024).map(CompactRecord::new).collect())
+            }
+            Self::Compact(_) => self,
+        }
+    }
+
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        match self {
+            Self::Full(records) => records.len(),
+            Self::Compact(records) => records.len(),
+        }
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Bytes that they take.
+    pub fn bytes(&self) -> usize {
+        match self {
+            Self::Full(records) => size_of_val(&records[..]),
+            Self::Compact(records) => size_of_val(&records[..]),
+        }
+    }
+
+    /// Whether `Record::order` is known; if not, children are sorted by where a ray enters them.
+    pub fn are_ordered(&self) -> bool {
+        matches!(self, Self::Full(_))
+    }
+
+    /// The record at `index`; `space` is where it may be unpacked.
+    #[inline(always)]
+    pub fn get<'a, L: Lanes>(&'a self, index: usize, space: &'a mut Record) -> &'a Record {
+        match self {
+            Self::Full(records) => &records[index],
+            Self::Compact(records) => records[index].unpacked::<L>(space),
+        }
+    }
+
+    /// All of them as numbers, and how many numbers one is.
+    #[inline(always)]
+    pub fn numbers(&self) -> (&[f32], usize) {
+        match self {
+            Self::Full(records) => (bytemuck::cast_slice(records), Record::BYTES / size_of::<f32>()),
+            Self::Compact(records) => (bytemuck::cast_slice(records), CompactRecord::BYTES / size_of::<f32>()),
+        }
+    }
+}
+
 /// Records, the root first, and the triangles of the leaves in the order of the references.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Wide<R = Record> {
+pub struct Wide {
     /// All records; children stand behind their parents.
-    pub records: Vec<R>,
+    pub records: Records,
     /// Nine rows a leaf: x, y, z of the first vertex of each of its triangles, then of the second and third. `WIDTH`
     /// numbers more follow the last, so that whole vectors can be read. Empty for double precision, and for compact
     /// records.
@@ -218,10 +267,10 @@ impl Wide {
     pub const LIMIT: usize = 1 << COUNT_SHIFT;
 }
 
-impl<R: Packed> Wide<R> {
+impl Wide {
     /// Bytes that the records and rows take.
     pub fn bytes(&self) -> usize {
-        self.records.len() * size_of::<R>() + self.rows.len() * size_of::<f32>()
+        self.records.bytes() + self.rows.len() * size_of::<f32>()
     }
 
     /// The corners of the triangle in a lane of a leaf; none for double precision.

@@ -4,22 +4,27 @@
 //! groups, and a leaf against the rays of the groups that are left (docs/decisions/packets.md). What is left out is what
 //! no ray meets, so the answers are those of single rays.
 
+mod bundle;
+mod extremes;
 mod fast;
 mod rays;
+mod shaft;
 mod slabs;
+mod triangles;
 mod walk;
 mod watertight;
 
-use rays::{Column, Group, Packet, Rows, rows};
-use slabs::Slabs;
+use bundle::Bundle;
+use rays::{Group, Rows, filled, groups, octants, rows};
 pub(super) use walk::Entry;
-use walk::{Leaf, walk};
+use walk::{Query, walk};
 
-use super::{Hit, Stack, Uncounted};
+use super::scene::Scene;
+use super::{Hit, Stack};
 use crate::build::Precision;
-use crate::geometry::{Ray, Triangles};
-use crate::simd::{Lanes, Mask};
-use crate::tree::{Tree, WIDTH, Wide};
+use crate::geometry::Ray;
+use crate::simd::Lanes;
+use crate::tree::{Record, Tree, WIDTH};
 
 /// Rays of a packet at most.
 pub const PACKET: usize = GROUPS * WIDTH;
@@ -31,80 +36,80 @@ const GROUPS: usize = 8;
 const ORIGINS: f64 = 0.25;
 const DIRECTIONS: f64 = 0.5;
 
-type Hits<'a> = &'a mut [Option<Hit>];
-
-/// The nearest hits of up to `PACKET` rays, those of `traverse::closest`; none for invalid rays.
+/// The nearest hits of up to `PACKET` rays, the same as for single rays. Answers for which rays, one bit each, the first
+/// the lowest: single precision has no room for others.
 #[inline(always)]
-pub fn closest<L: Lanes>(tree: &Tree, triangles: &Triangles, rays: &[Ray], stack: &mut Stack, hits: Hits) {
-    assert!(rays.len() <= PACKET && rays.len() == hits.len(), "{} rays, {} hits", rays.len(), hits.len());
+pub(super) fn closest<L: Lanes>(scene: &Scene, rays: &[Ray], stack: &mut Stack, hits: &mut [Option<Hit>]) -> u64 {
+    assert!(rays.len() <= PACKET, "{} rays", rays.len());
+    let tree = scene.tree;
     let rows = rows::<L>(rays);
     let groups = groups::<L>(&rows);
-    let active = active(tree, &groups);
-    for i in alone(rays, active) {
-        let is_valid = rays[i].is_valid();
-        hits[i] =
-            if is_valid { super::closest::<L, _>(tree, triangles, &rays[i], stack, &mut Uncounted) } else { None };
-    }
-    let Some(wide) = tree.wide.as_ref().filter(|_| active != 0) else { return };
+    let active = active(scene, &groups);
     match tree.precision {
+        _ if active == 0 => {}
         Precision::Fast => {
             let mut query = fast::Closest::new(&rows, &groups, &tree.order);
-            let (slabs, limits) = fast_slabs(&groups);
-            for (octant, active) in octants(&slabs, active) {
-                if let Some(mut packet) = Packet::new(&slabs, &limits, active, octant, &wide.records[0]) {
-                    walk(wide, &mut packet, &mut stack.packet, &mut query);
-                    query.keep(&packet.limits, active);
-                }
-            }
-            query.collect(active, hits);
+            trace(scene, &rows, &groups, active, stack, &mut query);
+            query.collect(active, |ray, hit| hits[ray] = hit);
         }
         Precision::Watertight => {
             let mut query = watertight::Closest::new(rays, &groups, tree);
-            let (slabs, limits) = watertight_slabs(&groups);
-            for (octant, active) in octants(&slabs, active) {
-                if let Some(mut packet) = Packet::new(&slabs, &limits, active, octant, &wide.records[0]) {
-                    walk(wide, &mut packet, &mut stack.packet, &mut query);
-                }
-            }
-            query.collect(active, hits);
+            trace(scene, &rows, &groups, active, stack, &mut query);
+            query.collect(active, |ray, hit| hits[ray] = hit);
         }
     }
+    active
 }
 
-/// Which of up to `PACKET` rays hit anything, one bit a ray, the first the lowest: the answers of `traverse::occluded`;
-/// an invalid ray does not.
+/// Whether up to `PACKET` rays hit anything, the same as for single rays. Answers for which rays.
 #[inline(always)]
-pub fn occluded<L: Lanes>(tree: &Tree, triangles: &Triangles, rays: &[Ray], stack: &mut Stack) -> u64 {
+pub(super) fn occluded<L: Lanes>(scene: &Scene, rays: &[Ray], stack: &mut Stack, hidden: &mut [bool]) -> u64 {
     assert!(rays.len() <= PACKET, "{} rays", rays.len());
     let rows = rows::<L>(rays);
     let groups = groups::<L>(&rows);
-    let active = active(tree, &groups);
-    let mut hidden = 0;
-    for i in alone(rays, active) {
-        let is_hidden = rays[i].is_valid() && super::occluded::<L, _>(tree, triangles, &rays[i], stack, &mut Uncounted);
-        hidden |= u64::from(is_hidden) << i;
-    }
-    let Some(wide) = tree.wide.as_ref().filter(|_| active != 0) else { return hidden };
-    match tree.precision {
+    let active = active(scene, &groups);
+    let found = match scene.tree.precision {
+        _ if active == 0 => 0,
         Precision::Fast => {
             let mut query = fast::Occluded::new(&rows, &groups);
-            let (slabs, limits) = fast_slabs(&groups);
-            for (octant, active) in octants(&slabs, active) {
-                if let Some(mut packet) = Packet::new(&slabs, &limits, active, octant, &wide.records[0]) {
-                    walk(wide, &mut packet, &mut stack.packet, &mut query);
-                }
-            }
-            hidden | query.hidden
+            trace(scene, &rows, &groups, active, stack, &mut query);
+            query.hidden
         }
         Precision::Watertight => {
-            let mut query = watertight::Occluded::new(rays, &groups, tree);
-            let (slabs, limits) = watertight_slabs(&groups);
-            for (octant, active) in octants(&slabs, active) {
-                if let Some(mut packet) = Packet::new(&slabs, &limits, active, octant, &wide.records[0]) {
-                    walk(wide, &mut packet, &mut stack.packet, &mut query);
-                }
-            }
-            hidden | query.hidden
+            let mut query = watertight::Occluded::new(rays, &groups, scene.tree);
+            trace(scene, &rows, &groups, active, stack, &mut query);
+            query.hidden
+        }
+    };
+    for ray in bits(found) {
+        hidden[ray] = true;
+    }
+    active
+}
+
+/// Ask about the active rays, one octant after another.
+#[inline(always)]
+fn trace<L: Lanes, Q: Query<L>>(
+    scene: &Scene,
+    rows: &Rows,
+    groups: &[Group<L>; GROUPS],
+    active: u64,
+    stack: &mut Stack,
+    query: &mut Q,
+) {
+    let mut space = Record::EMPTY;
+    let root = scene.record::<L>(0, &mut space);
+    for (octant, active) in octants(groups, active) {
+        let others;
+        let groups = if active == u64::MAX {
+            groups
+        } else {
+            others = rays::groups(&filled(rows, active));
+            &others
+        };
+        if let Some(mut bundle) = Bundle::new::<Q>(groups, active, octant, scene.tree, root) {
+            walk(scene, &mut bundle, &mut stack.packet, query);
+            query.end(&bundle, active);
         }
     }
 }
@@ -130,81 +135,14 @@ pub fn is_coherent(tree: &Tree, rays: &[Ray]) -> bool {
 
 /// The rays that a packet can answer, one bit a ray.
 #[inline(always)]
-fn active<L: Lanes>(tree: &Tree, groups: &[Group<L>; GROUPS]) -> u64 {
-    let has_rows = tree.wide.as_ref().is_some_and(|wide: &Wide| !wide.rows.is_empty() && !wide.records.is_empty());
+fn active<L: Lanes>(scene: &Scene, groups: &[Group<L>; GROUPS]) -> u64 {
+    // Where double precision decides, the filter has no room for its vertices.
+    let is_double = scene.triangles.is_double() && scene.tree.precision == Precision::Watertight;
     let mut active = 0;
-    for (group, rays) in groups.iter().enumerate().filter(|_| has_rows) {
-        active |= u64::from(rays.in_range(tree.bounds())) << (WIDTH * group);
+    for (group, rays) in groups.iter().enumerate().filter(|_| !is_double && !scene.wide.records.is_empty()) {
+        active |= u64::from(rays.in_range(scene.tree.bounds())) << (WIDTH * group);
     }
     active
-}
-
-/// The other rays.
-#[inline(always)]
-fn alone(rays: &[Ray], active: u64) -> impl Iterator<Item = usize> {
-    bits(!active & u64::MAX.checked_shr((PACKET - rays.len()) as u32).unwrap_or(0))
-}
-
-#[inline(always)]
-fn groups<L: Lanes>(rows: &Rows) -> [Group<L>; GROUPS] {
-    let mut groups = [Group::new(rows, 0); GROUPS];
-    for (i, group) in groups.iter_mut().enumerate() {
-        *group = Group::new(rows, i);
-    }
-    groups
-}
-
-#[inline(always)]
-fn fast_slabs<L: Lanes>(groups: &[Group<L>; GROUPS]) -> ([Slabs<L>; GROUPS], Column) {
-    let mut slabs = [fast::slabs(&groups[0]); GROUPS];
-    let mut limits = [[0.0; WIDTH]; GROUPS];
-    for (i, group) in groups.iter().enumerate() {
-        slabs[i] = fast::slabs(group);
-        limits[i] = group.t_max.minimum(L::splat(f32::MAX)).store();
-    }
-    (slabs, limits)
-}
-
-#[inline(always)]
-fn watertight_slabs<L: Lanes>(groups: &[Group<L>; GROUPS]) -> ([Slabs<L>; GROUPS], Column) {
-    let mut slabs = [watertight::slabs(&groups[0]); GROUPS];
-    let mut limits = [[0.0; WIDTH]; GROUPS];
-    for (i, group) in groups.iter().enumerate() {
-        slabs[i] = watertight::slabs(group);
-        limits[i] = watertight::limits(group).store();
-    }
-    (slabs, limits)
-}
-
-/// The active rays of each octant that has any.
-#[inline(always)]
-fn octants<L: Lanes>(rays: &[Slabs<L>; GROUPS], active: u64) -> impl Iterator<Item = (usize, u64)> + use<L> {
-    let mut negative = [0; 3];
-    for (group, slabs) in rays.iter().enumerate() {
-        for (axis, negative) in negative.iter_mut().enumerate() {
-            // A reciprocal is never zero: that of −0 is −∞.
-            *negative |= u64::from(slabs.near_reciprocal[axis].below(L::splat(0.0)).bits()) << (WIDTH * group);
-        }
-    }
-    (0..8).filter_map(move |octant| {
-        let along = |axis: usize| if octant >> axis & 1 != 0 { negative[axis] } else { !negative[axis] };
-        let there = active & along(0) & along(1) & along(2);
-        (there != 0).then_some((octant, there))
-    })
-}
-
-/// Three rows a corner of the triangles of a leaf.
-#[inline(always)]
-fn load_rows<L: Lanes>(leaf: &Leaf) -> [[L; 3]; 3] {
-    let row = |row: usize| match leaf.rows[row * leaf.count..].first_chunk() {
-        Some(values) => *values,
-        None => [f32::NAN; WIDTH],
-    };
-    [
-        [L::load(&row(0)), L::load(&row(1)), L::load(&row(2))],
-        [L::load(&row(3)), L::load(&row(4)), L::load(&row(5))],
-        [L::load(&row(6)), L::load(&row(7)), L::load(&row(8))],
-    ]
 }
 
 /// The places of the bits that are set.

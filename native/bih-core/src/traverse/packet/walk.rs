@@ -1,10 +1,13 @@
 //! The walk of a packet down the wide records.
 
-use super::rays::Packet;
-use super::slabs::Sides;
+use super::bundle::Bundle;
+use super::rays::Group;
+use super::slabs::{Sides, Slabs};
+use super::triangles::{LeafTriangles, Stored};
 use super::{GROUPS, bits};
 use crate::simd::{Lanes, Mask};
-use crate::tree::{MAX_DEPTH, Target, WIDTH, Wide};
+use crate::traverse::scene::{self, ROWS, Scene};
+use crate::tree::{MAX_DEPTH, Record, Target, WIDTH};
 
 /// Children of a record that survive the whole packet's test are tested against its groups if there are as many.
 const CONFIRM: usize = 2;
@@ -33,23 +36,36 @@ pub(super) struct Leaf<'a> {
     pub count: usize,
 }
 
+/// Those triangles of a leaf that a ray of the packet may meet.
+pub(super) struct Triangles {
+    /// One bit each.
+    pub lanes: u8,
+    pub stored: Stored,
+}
+
 /// What is asked of the rays of a packet at leaves.
 pub(super) trait Query<L: Lanes> {
-    /// The triangles of a leaf, made ready for many groups.
-    type Triangles;
+    /// Rays as boxes see them; monotone in each of their numbers.
+    fn slabs(rays: &Group<L>) -> Slabs<L>;
 
-    fn prepare(&self, leaf: &Leaf) -> Self::Triangles;
+    /// How far rays matter.
+    fn limits(rays: &Group<L>) -> L;
 
-    /// Test some rays of a group, which enter the leaf's box at `near`. Answers whether any of them matters less far.
+    /// Test some rays of a group, which enter the leaf's box at `near`, against some triangles. Answers whether any of
+    /// the rays matters less far.
     fn test(
         &mut self,
-        packet: &mut Packet<'_, L>,
+        bundle: &mut Bundle<L>,
         leaf: &Leaf,
-        triangles: &Self::Triangles,
+        triangles: &Triangles,
         group: usize,
         rays: u8,
         near: L,
     ) -> bool;
+
+    /// All that the active rays of a bundle may meet has been shown.
+    #[inline(always)]
+    fn end(&mut self, _: &Bundle<L>, _active: u64) {}
 }
 
 const LANES: [u32; WIDTH] = [0, 1, 2, 3, 4, 5, 6, 7];
@@ -57,17 +73,18 @@ const LANES: [u32; WIDTH] = [0, 1, 2, 3, 4, 5, 6, 7];
 /// Show the query all leaves that its rays may meet, front to back by their octant.
 #[inline(always)]
 pub(super) fn walk<L: Lanes, Q: Query<L>>(
-    wide: &Wide,
-    packet: &mut Packet<'_, L>,
+    scene: &Scene,
+    bundle: &mut Bundle<L>,
     stack: &mut Vec<Entry>,
     query: &mut Q,
 ) {
     stack.resize(STACK_SIZE, Entry::default());
+    let (mut parents, mut space, mut gathered) = (Record::EMPTY, Record::EMPTY, [0.0; ROWS]);
     let mut top = 0;
     let mut index = 0;
     let mut live = u8::MAX;
     loop {
-        top = descend(wide, packet, index, live, stack, top);
+        top = descend(scene, bundle, index, &mut space, live, stack, top);
         // The next record that is not beyond all rays; the leaves before it.
         loop {
             if top == 0 {
@@ -75,20 +92,22 @@ pub(super) fn walk<L: Lanes, Q: Query<L>>(
             }
             top -= 1;
             let entry = stack[top];
-            if entry.near > packet.limit {
+            if entry.near > bundle.limit {
                 continue;
             }
             let (parent, lane) = (entry.place as usize / WIDTH, entry.place as usize % WIDTH);
-            match wide.records[parent].child(lane).target() {
+            let parent = scene.record::<L>(parent as u32, &mut parents);
+            match parent.child(lane).target() {
                 Target::Record(child) => {
                     index = child;
                     live = entry.groups;
                     break;
                 }
                 Target::Leaf { first, count } => {
-                    let leaf = Leaf { rows: &wide.rows[9 * first..], first, count };
-                    let sides = Sides::one(&wide.records[parent], packet.octant, lane);
-                    visit(packet, &leaf, &sides, entry.groups, query);
+                    let rows = scene.rows(scene::Leaf { first, count }, &mut gathered);
+                    let leaf = Leaf { rows, first, count };
+                    let sides = Sides::one(parent, bundle.octant, lane);
+                    visit(bundle, &leaf, &sides, entry.groups, query);
                 }
             }
         }
@@ -98,40 +117,48 @@ pub(super) fn walk<L: Lanes, Q: Query<L>>(
 /// Put off the children of a record that the packet may meet, the nearest last. Answers the new top of the stack.
 #[inline(always)]
 fn descend<L: Lanes>(
-    wide: &Wide,
-    packet: &Packet<'_, L>,
+    scene: &Scene,
+    bundle: &Bundle<L>,
     index: usize,
+    space: &mut Record,
     live: u8,
     stack: &mut [Entry],
     mut top: usize,
 ) -> usize {
-    let record = &wide.records[index];
-    let (near, far) = packet.whole.clip(&Sides::all(record, packet.octant), L::splat(packet.limit));
+    let record = scene.record::<L>(index as u32, space);
+    let (near, far) = bundle.whole.clip(&Sides::all(record, bundle.octant), L::splat(bundle.limit));
     let (mut nears, mut lanes) = ([0.0; WIDTH], [0; WIDTH]);
-    let places = near.push(far, &LANES, record.order(packet.octant), &mut nears, &mut lanes);
+    let places = near.push(far, &LANES, record.order(bundle.octant), &mut nears, &mut lanes);
     let count = places.count_ones() as usize;
     for (&near, &lane) in nears.iter().zip(&lanes).take(count) {
         let groups = if count < CONFIRM {
             live
         } else {
-            let sides = Sides::one(record, packet.octant, lane as usize & 7);
-            let (near, far) = packet.groups.clip(&sides, L::load(&packet.group_limits));
-            packet.confirmed(&sides, near.at_most(far).bits() & live)
+            let sides = Sides::one(record, bundle.octant, lane as usize & 7);
+            let (near, far) = bundle.groups.clip(&sides, L::load(&bundle.group_limits));
+            let groups = near.at_most(far).bits() & live;
+            if record.words()[lane as usize & 7] >> 31 != 0 { groups } else { bundle.confirmed(&sides, groups) }
         };
         stack[top] = Entry { near, place: (index * WIDTH) as u32 | lane, groups };
         top += usize::from(groups != 0);
+        scene.prefetch(record.words()[lane as usize & 7]);
     }
     top
 }
 
 /// Show the query a leaf, and those rays of some groups that meet its box.
 #[inline(always)]
-fn visit<L: Lanes, Q: Query<L>>(packet: &mut Packet<'_, L>, leaf: &Leaf, sides: &Sides<L>, live: u8, query: &mut Q) {
-    let mut nears = [packet.groups.t_min; GROUPS];
+fn visit<L: Lanes, Q: Query<L>>(bundle: &mut Bundle<L>, leaf: &Leaf, sides: &Sides<L>, live: u8, query: &mut Q) {
+    let triangles = LeafTriangles::<L>::new(leaf);
+    let lanes = bundle.shaft.meets(&triangles) & ((1u16 << leaf.count) - 1) as u8;
+    if lanes == 0 {
+        return;
+    }
+    let mut nears = [bundle.groups.t_min; GROUPS];
     let mut rays = [0; GROUPS];
     let mut any = 0;
     for group in bits(live) {
-        let (near, far) = packet.rays[group].clip(sides, L::load(&packet.limits[group]));
+        let (near, far) = bundle.rays[group].clip(sides, L::load(&bundle.limits[group]));
         nears[group] = near;
         rays[group] = near.at_most(far).bits();
         any |= rays[group];
@@ -139,14 +166,14 @@ fn visit<L: Lanes, Q: Query<L>>(packet: &mut Packet<'_, L>, leaf: &Leaf, sides: 
     if any == 0 {
         return;
     }
-    let triangles = query.prepare(leaf);
+    let triangles = Triangles { lanes, stored: triangles.stored() };
     let mut is_shorter = false;
     for group in bits(live) {
         if rays[group] != 0 {
-            is_shorter |= query.test(packet, leaf, &triangles, group, rays[group], nears[group]);
+            is_shorter |= query.test(bundle, leaf, &triangles, group, rays[group], nears[group]);
         }
     }
     if is_shorter {
-        packet.limit = L::load(&packet.group_limits).largest();
+        bundle.limit = L::load(&bundle.group_limits).largest();
     }
 }

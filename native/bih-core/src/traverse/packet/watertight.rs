@@ -1,12 +1,15 @@
 //! Leaves whose triangles single precision only leaves out: what is left is decided as for a single ray.
 
-use super::rays::{Group, Packet};
+use super::bundle::Bundle;
+use super::rays::Group;
 use super::slabs::Slabs;
-use super::walk::{Leaf, Query};
-use super::{GROUPS, Hits, PACKET, bits, load_rows};
-use crate::geometry::{Bounds, Corners, Ray, round_up};
+use super::triangles::{Meeting, corners};
+use super::walk::{Leaf, Query, Triangles};
+use super::{GROUPS, PACKET, bits};
+use crate::geometry::{Bounds, Ray, round_up};
 use crate::intersect::RayTest;
 use crate::simd::{Lanes, Mask};
+use crate::traverse::Hit;
 use crate::traverse::closest::{Nearest, distance_within};
 use crate::tree::{Tree, WIDTH};
 
@@ -17,7 +20,7 @@ const LEAST_DIRECTION: f32 = 1e-30;
 
 /// The rays as the boxes see them, rounded outward.
 #[inline(always)]
-pub(super) fn slabs<L: Lanes>(rays: &Group<L>) -> Slabs<L> {
+fn slabs<L: Lanes>(rays: &Group<L>) -> Slabs<L> {
     let nearest = rays.origin;
     let mut slabs = Slabs {
         near_origin: nearest,
@@ -45,7 +48,7 @@ pub(super) fn slabs<L: Lanes>(rays: &Group<L>) -> Slabs<L> {
 
 /// How far each ray matters, rounded up.
 #[inline(always)]
-pub(super) fn limits<L: Lanes>(rays: &Group<L>) -> L {
+fn limits<L: Lanes>(rays: &Group<L>) -> L {
     rays.t_max.fused(L::splat(1.0 + 4.0 * U), L::splat(2.0 * f32::MIN_POSITIVE))
 }
 
@@ -98,11 +101,6 @@ struct Filter<'a, L> {
     errors: [Errors<L>; GROUPS],
 }
 
-/// The triangles of a leaf.
-pub(super) struct LeafTriangles {
-    corners: [[[f32; WIDTH]; 3]; 3],
-}
-
 impl<'a, L: Lanes> Filter<'a, L> {
     #[inline(always)]
     fn new(rays: &'a [Ray], groups: &'a [Group<L>; GROUPS], tree: &'a Tree) -> Self {
@@ -115,76 +113,22 @@ impl<'a, L: Lanes> Filter<'a, L> {
 
     /// The rays that may hit a triangle before their limits.
     #[inline(always)]
-    fn candidates(&self, triangles: &LeafTriangles, lane: usize, group: usize, rays: u8, limit: L) -> u8 {
+    fn candidates(&self, triangles: &Triangles, lane: usize, group: usize, rays: u8, limit: L) -> u8 {
         let errors = &self.errors[group];
         let Group { origin, direction, .. } = &self.groups[group];
-        let corner = |corner: usize, axis: usize| triangles.corners[corner][axis][lane % WIDTH];
-        let v0 = [L::splat(corner(0, 0)), L::splat(corner(0, 1)), L::splat(corner(0, 2))];
-        let v1 = [L::splat(corner(1, 0)), L::splat(corner(1, 1)), L::splat(corner(1, 2))];
-        let v2 = [L::splat(corner(2, 0)), L::splat(corner(2, 1)), L::splat(corner(2, 2))];
-        let to_vertex = minus(&v0, origin);
-        let (e1, e2) = (minus(&v0, &v1), minus(&v2, &v0));
-        let normal = cross(&e2, &e1);
-        let moment = cross(&to_vertex, direction);
-        let below = dot(&normal, direction);
-        let size = below.magnitude();
-        let u = dot(&moment, &e2).turned_by(below);
-        let v = dot(&moment, &e1).turned_by(below);
-        let above = dot(&normal, &to_vertex).turned_by(below);
-
-        let longest = largest(&e1).maximum(largest(&e2));
-        let square = longest.times(longest);
+        let triangle = triangles.stored.one(lane);
+        let Meeting { size, u, v, t } = Meeting::new(origin, direction, &triangle);
+        let (longest, square) = (triangle.longest, triangle.longest.times(triangle.longest));
         let least = L::splat(2e-36);
         let error = longest.times(errors.edge).plus(square.times(errors.square)).plus(least);
         let zero = L::splat(0.0);
         let outside = u.plus(error).below(zero).or(v.plus(error).below(zero)).or(size.plus(error).below(u.plus(v)));
-        // Beyond the limit: above / size, each at its nearest, still exceeds it.
-        let nearest = above.minus(square.times(errors.above)).minus(errors.least_above);
+        // Beyond the limit: t, both parts of it at their nearest, still exceeds it.
+        let nearest = t.minus(square.times(errors.above)).minus(errors.least_above);
         let size = size.plus(square.times(errors.below)).plus(least).times(L::splat(1.0 + 8.0 * f32::EPSILON));
         let beyond = size.times(limit).below(nearest);
         rays & !outside.or(beyond).bits()
     }
-
-    /// The corners of a triangle of a leaf.
-    #[inline(always)]
-    fn corners(&self, triangles: &LeafTriangles, lane: usize) -> Corners {
-        triangles.corners.map(|corner| corner.map(|axis| f64::from(axis[lane % WIDTH])))
-    }
-}
-
-#[inline(always)]
-fn prepare<L: Lanes>(leaf: &Leaf) -> LeafTriangles {
-    let corners = load_rows::<L>(leaf);
-    LeafTriangles { corners: [store(&corners[0]), store(&corners[1]), store(&corners[2])] }
-}
-
-#[inline(always)]
-fn store<L: Lanes>(v: &[L; 3]) -> [[f32; WIDTH]; 3] {
-    [v[0].store(), v[1].store(), v[2].store()]
-}
-
-#[inline(always)]
-fn minus<L: Lanes>(a: &[L; 3], b: &[L; 3]) -> [L; 3] {
-    [a[0].minus(b[0]), a[1].minus(b[1]), a[2].minus(b[2])]
-}
-
-#[inline(always)]
-fn cross<L: Lanes>(a: &[L; 3], b: &[L; 3]) -> [L; 3] {
-    [
-        a[1].times(b[2]).minus(a[2].times(b[1])),
-        a[2].times(b[0]).minus(a[0].times(b[2])),
-        a[0].times(b[1]).minus(a[1].times(b[0])),
-    ]
-}
-
-#[inline(always)]
-fn dot<L: Lanes>(a: &[L; 3], b: &[L; 3]) -> L {
-    a[0].times(b[0]).plus(a[1].times(b[1])).plus(a[2].times(b[2]))
-}
-
-#[inline(always)]
-fn largest<L: Lanes>(a: &[L; 3]) -> L {
-    a[0].magnitude().maximum(a[1].magnitude()).maximum(a[2].magnitude())
 }
 
 /// The nearest hits.
@@ -204,11 +148,9 @@ impl<'a, L: Lanes> Closest<'a, L> {
     }
 
     #[inline(always)]
-    pub fn collect(&self, active: u64, hits: Hits) {
-        for (ray, hit) in hits.iter_mut().enumerate() {
-            if active >> ray & 1 != 0 {
-                *hit = self.nearest.get(self.slots[ray] as usize).and_then(Nearest::hit);
-            }
+    pub fn collect(&self, active: u64, mut answer: impl FnMut(usize, Option<Hit>)) {
+        for ray in bits(active) {
+            answer(ray, self.nearest.get(self.slots[ray] as usize).and_then(Nearest::hit));
         }
     }
 
@@ -223,39 +165,41 @@ impl<'a, L: Lanes> Closest<'a, L> {
 }
 
 impl<L: Lanes> Query<L> for Closest<'_, L> {
-    type Triangles = LeafTriangles;
+    #[inline(always)]
+    fn slabs(rays: &Group<L>) -> Slabs<L> {
+        slabs(rays)
+    }
 
     #[inline(always)]
-    fn prepare(&self, leaf: &Leaf) -> LeafTriangles {
-        prepare::<L>(leaf)
+    fn limits(rays: &Group<L>) -> L {
+        limits(rays)
     }
 
     #[inline(always)]
     fn test(
         &mut self,
-        packet: &mut Packet<'_, L>,
+        bundle: &mut Bundle<L>,
         leaf: &Leaf,
-        triangles: &LeafTriangles,
+        triangles: &Triangles,
         group: usize,
         rays: u8,
         _: L,
     ) -> bool {
         let mut is_shorter = false;
-        for lane in 0..leaf.count {
-            let limit = L::load(&packet.limits[group]);
+        for lane in bits(triangles.lanes) {
+            let limit = L::load(&bundle.limits[group]);
             let candidates = self.filter.candidates(triangles, lane, group, rays, limit);
             for ray in bits(candidates) {
                 let row = self.filter.tree.order[leaf.first + lane];
-                let corners = self.filter.corners(triangles, lane);
                 let nearest = self.nearest(WIDTH * group + ray);
-                nearest.offer(row, corners);
+                nearest.offer(row, corners(leaf, lane));
                 let limit = single(nearest.limit());
-                is_shorter |= limit < packet.limits[group][ray];
-                packet.limits[group][ray] = limit.min(packet.limits[group][ray]);
+                is_shorter |= limit < bundle.limits[group][ray];
+                bundle.limits[group][ray] = limit.min(bundle.limits[group][ray]);
             }
         }
         if is_shorter {
-            packet.shorten(group, L::load(&packet.limits[group]));
+            bundle.shorten(group, L::load(&bundle.limits[group]));
         }
         is_shorter
     }
@@ -277,32 +221,34 @@ impl<'a, L: Lanes> Occluded<'a, L> {
 }
 
 impl<L: Lanes> Query<L> for Occluded<'_, L> {
-    type Triangles = LeafTriangles;
+    #[inline(always)]
+    fn slabs(rays: &Group<L>) -> Slabs<L> {
+        slabs(rays)
+    }
 
     #[inline(always)]
-    fn prepare(&self, leaf: &Leaf) -> LeafTriangles {
-        prepare::<L>(leaf)
+    fn limits(rays: &Group<L>) -> L {
+        limits(rays)
     }
 
     #[inline(always)]
     fn test(
         &mut self,
-        packet: &mut Packet<'_, L>,
+        bundle: &mut Bundle<L>,
         leaf: &Leaf,
-        triangles: &LeafTriangles,
+        triangles: &Triangles,
         group: usize,
         rays: u8,
         _: L,
     ) -> bool {
-        let limits = L::load(&packet.limits[group]);
+        let limits = L::load(&bundle.limits[group]);
         let mut alive = rays;
-        for lane in 0..leaf.count {
+        for lane in bits(triangles.lanes) {
             for ray in bits(self.filter.candidates(triangles, lane, group, alive, limits)) {
                 let index = WIDTH * group + ray;
                 let (ray_there, tree) = (&self.filter.rays[index], self.filter.tree);
                 let test = self.tests[index].get_or_insert_with(|| RayTest::new(ray_there, tree.bounds()));
-                let corners = self.filter.corners(triangles, lane);
-                if distance_within(ray_there, test, &corners).is_some() {
+                if distance_within(ray_there, test, &corners(leaf, lane)).is_some() {
                     alive &= !(1 << ray);
                 }
             }
@@ -315,7 +261,7 @@ impl<L: Lanes> Query<L> for Occluded<'_, L> {
             return false;
         }
         self.hidden |= u64::from(hidden) << (WIDTH * group);
-        packet.shorten(group, L::splat(f32::NEG_INFINITY).select(L::mask(hidden), limits));
+        bundle.shorten(group, L::splat(f32::NEG_INFINITY).select(L::mask(hidden), limits));
         true
     }
 }
