@@ -88,7 +88,7 @@ impl<L: Lanes> Errors<L> {
             square: sum.times(L::splat(39.0 * U)),
             above: extent.times(L::splat(20.0 * U)),
             below: sum.times(L::splat(20.0 * U)),
-            least_above: extent.fused(L::splat(2e-42), L::splat(2e-36)),
+            least_above: extent.fused(L::splat(2e-37), L::splat(2e-36)),
         }
     }
 }
