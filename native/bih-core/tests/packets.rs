@@ -80,13 +80,15 @@ fn agree(triangles: &Triangles, leaf_size: usize, rays: &[Ray]) -> usize {
     is_hit.iter().filter(|&&is_hit| is_hit).count()
 }
 
-/// Fast: the same bits however rays are put together, on every instruction set.
+/// Fast: the bits of single rays, however rays are put together, on every instruction set.
 fn repeat(triangles: &Triangles, leaf_size: usize, rays: &[Ray]) -> usize {
     let tree = build_tree(triangles, Precision::Fast, leaf_size);
     let mut expected: Option<Vec<_>> = None;
     for set in instruction_sets() {
-        for together in [1, 7, PACKET] {
-            let (hits, hidden) = dispatch_to(*set, Answers { tree: &tree, triangles, rays, together });
+        for together in [0, 1, 7, PACKET] {
+            let answers = Answers { tree: &tree, triangles, rays, together };
+            let (hits, hidden) =
+                if together == 0 { dispatch_to(*set, Single(answers)) } else { dispatch_to(*set, answers) };
             for (i, ray) in rays.iter().enumerate() {
                 assert_eq!(hidden[i], hits[i].is_some(), "{set:?} {together} {ray:?}");
             }

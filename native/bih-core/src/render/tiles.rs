@@ -5,8 +5,9 @@ use rayon::prelude::*;
 use super::camera::sample_offset;
 use super::shade::{Lighting, Surface};
 use super::{Camera, Passes, Pixel};
+use crate::build::Precision;
 use crate::control::{Cancelled, Control};
-use crate::geometry::{Ray, Triangles, Vector, add_scaled, cross, dot, normalise, subtract};
+use crate::geometry::{Corners, Ray, Triangles, Vector, add_scaled, cross, dot, normalise, subtract};
 use crate::simd::{FloatEnvironment, Kernel, Lanes, dispatch};
 use crate::traverse::packet::{self, PACKET};
 use crate::traverse::{Counts, Hit, Stack, closest};
@@ -167,7 +168,7 @@ impl TileKernel<'_> {
             let mut found = Found::new();
             for (i, (ray, hit)) in rays.iter().zip(&hits).enumerate().take(len) {
                 if let Some(hit) = hit {
-                    found.push(i, &surface(triangles, ray, hit), &ray.direction);
+                    found.push(i, &surface(tree, triangles, ray, hit), &ray.direction);
                 }
             }
             if sample == 0 {
@@ -245,15 +246,32 @@ fn cost<L: Lanes>(tree: &Tree, triangles: &Triangles, ray: &Ray, stack: &mut Sta
     [counts.nodes as f32, counts.triangles as f32]
 }
 
-fn surface(triangles: &Triangles, ray: &Ray, hit: &Hit) -> Surface {
-    let [a, b, c] = triangles.corners(hit.triangle);
-    let normal = normalise(&cross(&normalise(&subtract(&b, &a)), &normalise(&subtract(&c, &a))));
+/// What a ray hits.
+fn surface(tree: &Tree, triangles: &Triangles, ray: &Ray, hit: &Hit) -> Surface {
+    let corners = triangles.corners(hit.triangle);
+    let [a, b, c] = &corners;
+    let normal = normalise(&cross(&normalise(&subtract(b, a)), &normalise(&subtract(c, a))));
     let away = dot(&normal, &ray.direction) > 0.0;
+    let (position, error) = match tree.precision() {
+        Precision::Watertight => along(ray, hit),
+        Precision::Fast => within(&corners, hit),
+    };
+    Surface { error, position, normal: if away { normal.map(|x| -x) } else { normal } }
+}
+
+/// Where a ray is at a hit, and how far that can be from the triangle.
+fn along(ray: &Ray, hit: &Hit) -> (Vector, f64) {
     // The hit is right to 2^-40 of t, the roundings of origin + t · direction are far below that of the larger of both.
     let largest = ray.origin.iter().fold(hit.t, |largest, x| largest.max(x.abs()));
-    Surface {
-        error: 2.0 * largest / (1u64 << 40) as f64,
-        position: add_scaled(&ray.origin, hit.t, &ray.direction),
-        normal: if away { normal.map(|x| -x) } else { normal },
-    }
+    (add_scaled(&ray.origin, hit.t, &ray.direction), 2.0 * largest / (1u64 << 40) as f64)
+}
+
+/// The point of a triangle that the weights of a hit name, and how far rays of single precision may see it elsewhere.
+fn within(corners: &Corners, hit: &Hit) -> (Vector, f64) {
+    let [a, b, c] = corners;
+    let position = add_scaled(&add_scaled(a, hit.u, &subtract(b, a)), hit.v, &subtract(c, a));
+    // The weights, however wrong, leave the point in the triangle's plane; a ray that starts there is rounded by half a
+    // unit in the last place of a coordinate, and finds the plane with a few such errors.
+    let largest = corners.as_flattened().iter().fold(0.0f64, |largest, x| largest.max(x.abs()));
+    (position, 8.0 * f64::from(f32::EPSILON) * largest)
 }

@@ -72,7 +72,6 @@ impl<L: Lanes> Bundle<L> {
         while groups != 0 {
             let group = groups.trailing_zeros() as usize;
             let (near, far) = self.rays[group].clip(sides, L::load(&self.limits[group]));
-            crate::count!(12, 1);
             if near.at_most(far).bits() != 0 {
                 break;
             }

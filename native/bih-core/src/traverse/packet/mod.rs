@@ -7,6 +7,7 @@
 mod bundle;
 mod extremes;
 mod fast;
+mod fast_closest;
 mod rays;
 mod shaft;
 mod slabs;
@@ -15,6 +16,7 @@ mod walk;
 mod watertight;
 
 use bundle::Bundle;
+use fast_closest::FastClosest;
 use rays::{Group, Rows, filled, groups, octants, rows};
 pub(super) use walk::Entry;
 use walk::{Query, walk};
@@ -58,7 +60,7 @@ pub fn closest<L: Lanes>(
     let Some(wide) = tree.wide.as_ref().filter(|_| active != 0) else { return };
     match tree.precision {
         Precision::Fast => {
-            let mut query = fast::Closest::new(&rows, &groups, &tree.order);
+            let mut query = FastClosest::new(&rows, &groups, &tree.order);
             trace(tree, wide, &rows, &groups, active, stack, &mut query);
             query.collect(active, answer);
         }
@@ -170,22 +172,3 @@ fn bits(mask: impl Into<u64>) -> impl Iterator<Item = usize> {
         (place < 64).then_some(place)
     })
 }
-//STATS-BEGIN
-#[cfg(packet_stats)]
-#[allow(missing_docs)]
-pub static STATS: [std::sync::atomic::AtomicU64; 16] = [const { std::sync::atomic::AtomicU64::new(0) }; 16];
-#[cfg(packet_stats)]
-#[allow(missing_docs)]
-#[macro_export]
-macro_rules! count {
-    ($i:expr, $n:expr) => {
-        $crate::traverse::packet::STATS[$i].fetch_add($n as u64, std::sync::atomic::Ordering::Relaxed);
-    };
-}
-#[cfg(not(packet_stats))]
-#[allow(missing_docs)]
-#[macro_export]
-macro_rules! count {
-    ($i:expr, $n:expr) => {};
-}
-//STATS-END

@@ -36,10 +36,19 @@ pub(super) struct Leaf<'a> {
 }
 
 /// Those triangles of a leaf that a ray of the packet may meet.
-pub(super) struct Triangles {
+pub(super) struct Triangles<'a> {
+    pub leaf: Leaf<'a>,
     /// One bit each.
     pub lanes: u8,
     pub stored: Stored,
+}
+
+impl Triangles<'_> {
+    /// Where a triangle stands in the order, as the bits of a number.
+    #[inline(always)]
+    pub fn place(&self, lane: usize) -> f32 {
+        f32::from_bits((self.leaf.first + lane) as u32)
+    }
 }
 
 /// What is asked of the rays of a packet at leaves.
@@ -52,15 +61,7 @@ pub(super) trait Query<L: Lanes> {
 
     /// Test some rays of a group, which enter the leaf's box at `near`, against some triangles. Answers whether any of
     /// the rays matters less far.
-    fn test(
-        &mut self,
-        bundle: &mut Bundle<L>,
-        leaf: &Leaf,
-        triangles: &Triangles,
-        group: usize,
-        rays: u8,
-        near: L,
-    ) -> bool;
+    fn test(&mut self, bundle: &mut Bundle<L>, triangles: &Triangles, group: usize, rays: u8, near: L) -> bool;
 
     /// All that the active rays of a bundle may meet has been shown.
     #[inline(always)]
@@ -74,7 +75,6 @@ const LANES: [u32; WIDTH] = [0, 1, 2, 3, 4, 5, 6, 7];
 pub(super) fn walk<L: Lanes, Q: Query<L>>(wide: &Wide, bundle: &mut Bundle<L>, stack: &mut Vec<Entry>, query: &mut Q) {
     stack.resize(STACK_SIZE, Entry::default());
     let mut top = 0;
-    crate::count!(0, 1);
     let mut index = 0;
     let mut live = u8::MAX;
     loop {
@@ -117,12 +117,10 @@ fn descend<L: Lanes>(
     mut top: usize,
 ) -> usize {
     let record = &wide.records[index];
-    crate::count!(1, 1);
     let (near, far) = bundle.whole.clip(&Sides::all(record, bundle.octant), L::splat(bundle.limit));
     let (mut nears, mut lanes) = ([0.0; WIDTH], [0; WIDTH]);
     let places = near.push(far, &LANES, record.order(bundle.octant), &mut nears, &mut lanes);
     let count = places.count_ones() as usize;
-    crate::count!(2, count);
     for (&near, &lane) in nears.iter().zip(&lanes).take(count) {
         let groups = if count < CONFIRM {
             live
@@ -132,8 +130,6 @@ fn descend<L: Lanes>(
             let groups = near.at_most(far).bits() & live;
             if record.words()[lane as usize & 7] >> 31 != 0 { groups } else { bundle.confirmed(&sides, groups) }
         };
-        crate::count!(3, (groups != 0));
-        crate::count!(4, (groups as u8).count_ones());
         stack[top] = Entry { near, place: (index * WIDTH) as u32 | lane, groups };
         top += usize::from(groups != 0);
         fetch(wide, record.words()[lane as usize & 7]);
@@ -157,15 +153,11 @@ fn fetch(wide: &Wide, word: u32) {
 /// Show the query a leaf, and those rays of some groups that meet its box.
 #[inline(always)]
 fn visit<L: Lanes, Q: Query<L>>(bundle: &mut Bundle<L>, leaf: &Leaf, sides: &Sides<L>, live: u8, query: &mut Q) {
-    crate::count!(5, 1);
     let triangles = LeafTriangles::<L>::new(leaf);
     let lanes = bundle.shaft.meets(&triangles) & ((1u16 << leaf.count) - 1) as u8;
     if lanes == 0 {
         return;
     }
-    crate::count!(14, 1);
-    crate::count!(15, lanes.count_ones());
-    crate::count!(6, live.count_ones());
     let mut nears = [bundle.groups.t_min; GROUPS];
     let mut rays = [0; GROUPS];
     let mut any = 0;
@@ -178,14 +170,11 @@ fn visit<L: Lanes, Q: Query<L>>(bundle: &mut Bundle<L>, leaf: &Leaf, sides: &Sid
     if any == 0 {
         return;
     }
-    crate::count!(7, 1);
-    let triangles = Triangles { lanes, stored: triangles.stored() };
+    let triangles = Triangles { leaf: *leaf, lanes, stored: triangles.stored() };
     let mut is_shorter = false;
     for group in bits(live) {
         if rays[group] != 0 {
-            crate::count!(8, 1);
-            crate::count!(9, rays[group].count_ones());
-            is_shorter |= query.test(bundle, leaf, &triangles, group, rays[group], nears[group]);
+            is_shorter |= query.test(bundle, &triangles, group, rays[group], nears[group]);
         }
     }
     if is_shorter {
