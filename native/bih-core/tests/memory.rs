@@ -4,7 +4,7 @@
 use bih_core::build::Layout;
 use bih_core::simd::instruction_sets;
 use bih_core::traverse::{Hits, Limits, RayBatch, Stack, Tracer, Vectors, Way, naive_closest};
-use bih_core::{BuildOptions, Control, Ray, Tree, Triangles, Vertices, build};
+use bih_core::{BuildOptions, Control, Ray, Triangles, Vertices, build};
 
 /// Triangles of about the same size in a row along a diagonal, and for each of them a ray through its inside.
 fn row_of(count: usize) -> (Vec<[f32; 3]>, Vec<Ray>) {
