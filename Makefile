@@ -26,7 +26,7 @@ NATIVE := rust-toolchain.toml native/Cargo.toml native/Cargo.lock \
 
 help:
 	@echo "make preview [SCENE=my.blend]  trace the scene to build/preview.png and .exr, its tree to build/overlay.png"
-	@echo "make test                      all checks and tests (lint, types, test-rust, test-neon, test-address, test-python)"
+	@echo "make test                      all checks and tests (lint, types, test-rust, test-neon, test-python)"
 	@echo "make test-memory               what memory the core reads: AddressSanitizer, then Miri (two minutes)"
 	@echo "make bench [BENCH=--help]      measure beside the peers (half an hour), write docs/benchmarks.md"
 	@echo "make bench-quick               the same on small scenes: answers and counts alone, for CI"
@@ -40,7 +40,7 @@ preview: $(VENV)/.bihtree
 	@$(BIN)/python -m addon.blender.command_line render --scene "$(SCENE)" --output build/preview.png \
 		--output build/preview.exr --overlay build/overlay.png --stats build/preview.json
 
-test: lint types test-rust test-neon test-address test-python
+test: lint types test-rust test-neon test-python
 
 # What was measured on these sources before is not measured again; BENCH=--help says more.
 bench: $(VENV)/.tests $(VENV)/.bihtree

@@ -71,7 +71,8 @@ impl Structure for BihTree<'_> {
             (start.elapsed().as_secs_f64(), Answers::Hidden(hidden))
         } else {
             if is_single {
-                let hits = self.each(&rays.rays, |tracer, rays, stack, hits| tracer.closest(rays, Way::Alone, stack, hits));
+                let hits =
+                    self.each(&rays.rays, |tracer, rays, stack, hits| tracer.closest(rays, Way::Alone, stack, hits));
                 let seconds = start.elapsed().as_secs_f64();
                 return (seconds, Answers::Nearest(hits.into_iter().map(found).collect()));
             }

@@ -176,8 +176,8 @@ class Tree:
         layout: "classic" are the paper's 12-byte nodes, smallest; "wide" are records of eight boxes for vector units,
             which trace two to five times as fast in about four times the memory (docs/decisions/wide-records.md).
         heuristic: where a node is split: "global" in the middle of the longest side of a cell that is halved from the
-            scene's bounds, as in the paper; "local" in the middle of the longest side of its centres' bounds; "sah" where
-            the surface area heuristic expects the least cost (docs/decisions/heuristics.md).
+            scene's bounds, as in the paper; "local" in the middle of the longest side of its centres' bounds; "sah"
+            where the surface area heuristic expects the least cost (docs/decisions/heuristics.md).
         presort: the bucket sort before the global heuristic, which changes no bit of the tree; None: where it pays.
         precision: "watertight" decides every hit exactly; "fast" is single precision throughout, for previews: rays may
             slip through edges, and docs/accuracy.md says what else may happen.
