@@ -47,14 +47,14 @@ fn agree(triangles: &Triangles, leaf_size: usize, rays: &[Ray]) -> usize {
     is_hit.iter().filter(|&&is_hit| is_hit).count()
 }
 
-/// Fast: the same bits however rays are put together, on every instruction set.
+/// Fast: the bits of single rays, however rays are put together, on every instruction set.
 fn repeat(triangles: &Triangles, leaf_size: usize, rays: &[Ray]) -> usize {
     let tree = build_tree(triangles, Precision::Fast, leaf_size);
     let mut expected: Option<Vec<_>> = None;
     for set in instruction_sets() {
-        for together in [1, 7, 64] {
+        for (together, way) in [(64, Way::Alone), (1, Way::Packets), (7, Way::Packets), (64, Way::Packets)] {
             let tracer = Tracer { tree: &tree, triangles, set: *set };
-            let (hits, hidden) = answers(&tracer, rays, together, Way::Packets);
+            let (hits, hidden) = answers(&tracer, rays, together, way);
             for (i, ray) in rays.iter().enumerate() {
                 assert_eq!(hidden[i], hits[i].is_some(), "{set:?} {together} {ray:?}");
             }

@@ -7,7 +7,7 @@ use super::shade::{Lighting, Surface};
 use super::{Camera, Passes, Pixel};
 use crate::build::Precision;
 use crate::control::{Cancelled, Control};
-use crate::geometry::{Ray, Triangles, Vector, add_scaled, cross, dot, normalise, subtract};
+use crate::geometry::{Corners, Ray, Triangles, Vector, add_scaled, cross, dot, normalise, subtract};
 use crate::simd::FloatEnvironment;
 use crate::traverse::{Counts, Hit, PACKET, Stack, Tracer, Way};
 use crate::tree::Tree;
@@ -231,20 +231,32 @@ impl Found {
     }
 }
 
+/// What a ray hits.
 fn surface(tracer: &Tracer, ray: &Ray, hit: &Hit) -> Surface {
-    let [a, b, c] = tracer.triangles.corners(hit.triangle);
-    let normal = normalise(&cross(&normalise(&subtract(&b, &a)), &normalise(&subtract(&c, &a))));
+    let corners = tracer.triangles.corners(hit.triangle);
+    let [a, b, c] = &corners;
+    let normal = normalise(&cross(&normalise(&subtract(b, a)), &normalise(&subtract(c, a))));
     let away = dot(&normal, &ray.direction) > 0.0;
-    // Watertight the hit is right to 2^-40 of t, the roundings of origin + t · direction are far below that of the larger
-    // of both. Fast promises nothing: a few units in the last place of single precision more than are common.
-    let bits = match tracer.tree.precision() {
-        Precision::Watertight => 40,
-        Precision::Fast => 18,
+    let (position, error) = match tracer.tree.precision() {
+        Precision::Watertight => along(ray, hit),
+        Precision::Fast => within(&corners, hit),
     };
+    Surface { error, position, normal: if away { normal.map(|x| -x) } else { normal } }
+}
+
+/// Where a ray is at a hit, and how far that can be from the triangle.
+fn along(ray: &Ray, hit: &Hit) -> (Vector, f64) {
+    // The hit is right to 2^-40 of t, the roundings of origin + t · direction are far below that of the larger of both.
     let largest = ray.origin.iter().fold(hit.t, |largest, x| largest.max(x.abs()));
-    Surface {
-        error: 2.0 * largest / (1u64 << bits) as f64,
-        position: add_scaled(&ray.origin, hit.t, &ray.direction),
-        normal: if away { normal.map(|x| -x) } else { normal },
-    }
+    (add_scaled(&ray.origin, hit.t, &ray.direction), 2.0 * largest / (1u64 << 40) as f64)
+}
+
+/// The point of a triangle that the weights of a hit name, and how far rays of single precision may see it elsewhere.
+fn within(corners: &Corners, hit: &Hit) -> (Vector, f64) {
+    let [a, b, c] = corners;
+    let position = add_scaled(&add_scaled(a, hit.u, &subtract(b, a)), hit.v, &subtract(c, a));
+    // The weights, however wrong, leave the point in the triangle's plane; a ray that starts there is rounded by half a
+    // unit in the last place of a coordinate, and finds the plane with a few such errors.
+    let largest = corners.as_flattened().iter().fold(0.0f64, |largest, x| largest.max(x.abs()));
+    (position, 8.0 * f64::from(f32::EPSILON) * largest)
 }

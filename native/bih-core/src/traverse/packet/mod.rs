@@ -7,6 +7,7 @@
 mod bundle;
 mod extremes;
 mod fast;
+mod fast_closest;
 mod rays;
 mod shaft;
 mod slabs;
@@ -15,6 +16,7 @@ mod walk;
 mod watertight;
 
 use bundle::Bundle;
+use fast_closest::FastClosest;
 use rays::{Group, Rows, filled, groups, octants, rows};
 pub(super) use walk::Entry;
 use walk::{Query, walk};
@@ -48,7 +50,7 @@ pub(super) fn closest<L: Lanes>(scene: &Scene, rays: &[Ray], stack: &mut Stack, 
     match tree.precision {
         _ if active == 0 => {}
         Precision::Fast => {
-            let mut query = fast::Closest::new(&rows, &groups, &tree.order);
+            let mut query = FastClosest::new(&rows, &groups, &tree.order);
             trace(scene, &rows, &groups, active, stack, &mut query);
             query.collect(active, |ray, hit| hits[ray] = hit);
         }

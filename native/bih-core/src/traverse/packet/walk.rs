@@ -37,10 +37,19 @@ pub(super) struct Leaf<'a> {
 }
 
 /// Those triangles of a leaf that a ray of the packet may meet.
-pub(super) struct Triangles {
+pub(super) struct Triangles<'a> {
+    pub leaf: Leaf<'a>,
     /// One bit each.
     pub lanes: u8,
     pub stored: Stored,
+}
+
+impl Triangles<'_> {
+    /// Where a triangle stands in the order, as the bits of a number.
+    #[inline(always)]
+    pub fn place(&self, lane: usize) -> f32 {
+        f32::from_bits((self.leaf.first + lane) as u32)
+    }
 }
 
 /// What is asked of the rays of a packet at leaves.
@@ -53,15 +62,7 @@ pub(super) trait Query<L: Lanes> {
 
     /// Test some rays of a group, which enter the leaf's box at `near`, against some triangles. Answers whether any of
     /// the rays matters less far.
-    fn test(
-        &mut self,
-        bundle: &mut Bundle<L>,
-        leaf: &Leaf,
-        triangles: &Triangles,
-        group: usize,
-        rays: u8,
-        near: L,
-    ) -> bool;
+    fn test(&mut self, bundle: &mut Bundle<L>, triangles: &Triangles, group: usize, rays: u8, near: L) -> bool;
 
     /// All that the active rays of a bundle may meet has been shown.
     #[inline(always)]
@@ -166,11 +167,11 @@ fn visit<L: Lanes, Q: Query<L>>(bundle: &mut Bundle<L>, leaf: &Leaf, sides: &Sid
     if any == 0 {
         return;
     }
-    let triangles = Triangles { lanes, stored: triangles.stored() };
+    let triangles = Triangles { leaf: *leaf, lanes, stored: triangles.stored() };
     let mut is_shorter = false;
     for group in bits(live) {
         if rays[group] != 0 {
-            is_shorter |= query.test(bundle, leaf, &triangles, group, rays[group], nears[group]);
+            is_shorter |= query.test(bundle, &triangles, group, rays[group], nears[group]);
         }
     }
     if is_shorter {

@@ -4,7 +4,7 @@ use super::bundle::Bundle;
 use super::rays::Group;
 use super::slabs::Slabs;
 use super::triangles::{Meeting, corners};
-use super::walk::{Leaf, Query, Triangles};
+use super::walk::{Query, Triangles};
 use super::{GROUPS, PACKET, bits};
 use crate::geometry::{Bounds, Ray, round_up};
 use crate::intersect::RayTest;
@@ -176,23 +176,15 @@ impl<L: Lanes> Query<L> for Closest<'_, L> {
     }
 
     #[inline(always)]
-    fn test(
-        &mut self,
-        bundle: &mut Bundle<L>,
-        leaf: &Leaf,
-        triangles: &Triangles,
-        group: usize,
-        rays: u8,
-        _: L,
-    ) -> bool {
+    fn test(&mut self, bundle: &mut Bundle<L>, triangles: &Triangles, group: usize, rays: u8, _: L) -> bool {
         let mut is_shorter = false;
         for lane in bits(triangles.lanes) {
             let limit = L::load(&bundle.limits[group]);
             let candidates = self.filter.candidates(triangles, lane, group, rays, limit);
             for ray in bits(candidates) {
-                let row = self.filter.tree.order[leaf.first + lane];
+                let row = self.filter.tree.order[triangles.leaf.first + lane];
                 let nearest = self.nearest(WIDTH * group + ray);
-                nearest.offer(row, corners(leaf, lane));
+                nearest.offer(row, corners(&triangles.leaf, lane));
                 let limit = single(nearest.limit());
                 is_shorter |= limit < bundle.limits[group][ray];
                 bundle.limits[group][ray] = limit.min(bundle.limits[group][ray]);
@@ -232,15 +224,7 @@ impl<L: Lanes> Query<L> for Occluded<'_, L> {
     }
 
     #[inline(always)]
-    fn test(
-        &mut self,
-        bundle: &mut Bundle<L>,
-        leaf: &Leaf,
-        triangles: &Triangles,
-        group: usize,
-        rays: u8,
-        _: L,
-    ) -> bool {
+    fn test(&mut self, bundle: &mut Bundle<L>, triangles: &Triangles, group: usize, rays: u8, _: L) -> bool {
         let limits = L::load(&bundle.limits[group]);
         let mut alive = rays;
         for lane in bits(triangles.lanes) {
@@ -248,7 +232,7 @@ impl<L: Lanes> Query<L> for Occluded<'_, L> {
                 let index = WIDTH * group + ray;
                 let (ray_there, tree) = (&self.filter.rays[index], self.filter.tree);
                 let test = self.tests[index].get_or_insert_with(|| RayTest::new(ray_there, tree.bounds()));
-                if distance_within(ray_there, test, &corners(leaf, lane)).is_some() {
+                if distance_within(ray_there, test, &corners(&triangles.leaf, lane)).is_some() {
                     alive &= !(1 << ray);
                 }
             }

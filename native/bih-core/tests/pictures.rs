@@ -1,0 +1,119 @@
+//! Pictures, traced in packets, against single rays.
+
+use bih_core::build::{Layout, Precision};
+use bih_core::render::{Camera, Light, Lighting, Passes, RenderOptions, Tile, render, sample_offset};
+use bih_core::simd::InstructionSet;
+use bih_core::traverse::{Stack, Tracer, Way};
+use bih_core::{BuildOptions, Control, Tree, Triangles, Vertices, build};
+
+const SIDE: usize = 40;
+const WIDTH: u32 = 77;
+const HEIGHT: u32 = 53;
+
+/// Hills over the unit square; the whole of them stands `offset` away from the origin.
+fn hills(offset: f32) -> Vec<[f32; 3]> {
+    let height = |x: usize, y: usize| 0.1 * ((x as f32 * 0.41).sin() + (y as f32 * 0.33).cos());
+    let at = |i: usize| i as f32 / (SIDE - 1) as f32;
+    let vertex = |x: usize, y: usize| [at(x) + offset, at(y) - offset, height(x, y) + offset];
+    let mut soup = Vec::new();
+    for (x, y) in (0..SIDE - 1).flat_map(|x| (0..SIDE - 1).map(move |y| (x, y))) {
+        let [a, b, c, d] = [vertex(x, y), vertex(x + 1, y), vertex(x, y + 1), vertex(x + 1, y + 1)];
+        soup.extend([a, b, c, b, d, c]);
+    }
+    soup
+}
+
+fn tree(triangles: &Triangles, precision: Precision) -> Tree {
+    let options = BuildOptions { layout: Layout::Wide, precision, ..Default::default() };
+    build(triangles, &options, &Control::default()).unwrap()
+}
+
+/// Looks at the hills from above and aside, 53 degrees wide, clip planes at 0.1 and 10.
+fn camera(offset: f64) -> Camera {
+    // Columns: right, up, backwards, eye.
+    let (eye, turn) = ([0.5, -0.8, 1.2], std::f64::consts::FRAC_PI_4);
+    let view = [
+        [1.0, 0.0, 0.0, eye[0] + offset],
+        [0.0, turn.cos(), -turn.sin(), eye[1] - offset],
+        [0.0, turn.sin(), turn.cos(), eye[2] + offset],
+        [0.0, 0.0, 0.0, 1.0],
+    ];
+    let (near, far, tangent) = (0.1, 10.0, 0.5);
+    // From clip space to the camera's: w is one over the distance.
+    let unproject = [
+        [tangent, 0.0, 0.0, 0.0],
+        [0.0, tangent * f64::from(HEIGHT) / f64::from(WIDTH), 0.0, 0.0],
+        [0.0, 0.0, 0.0, -1.0],
+        [0.0, 0.0, (near - far) / (2.0 * near * far), (near + far) / (2.0 * near * far)],
+    ];
+    let product = |i: usize, j: usize| (0..4).map(|k| view[i][k] * unproject[k][j]).sum();
+    Camera::new(std::array::from_fn(|i| std::array::from_fn(|j| product(i, j))), WIDTH, HEIGHT).unwrap()
+}
+
+fn picture(tree: &Tree, triangles: &Triangles, offset: f64, samples: u32, cost: bool) -> Passes {
+    let lights = vec![
+        Light::Point { position: [2.0 + offset, 1.5 - offset, 0.8 + offset], power: [40.0, 30.0, 20.0] },
+        Light::Sun { direction: [-0.5, 0.3, -0.4], irradiance: [1.0; 3] },
+    ];
+    let options = RenderOptions {
+        tile: Tile { x: 0, y: 0, width: WIDTH, height: HEIGHT },
+        samples,
+        seed: 1,
+        lighting: Lighting { lights, shadows: true },
+        combined: true,
+        cost,
+    };
+    render(tree, triangles, &camera(offset), &options, &Control::default()).unwrap()
+}
+
+#[test]
+fn pixels_show_what_single_rays_hit() {
+    let soup = hills(0.0);
+    let triangles = Triangles::new(Vertices::F32(&soup), None).unwrap();
+    for precision in [Precision::Watertight, Precision::Fast] {
+        let tree = tree(&triangles, precision);
+        let passes = picture(&tree, &triangles, 0.0, 2, false);
+        let tracer = Tracer { tree: &tree, triangles: &triangles, set: InstructionSet::Scalar };
+        let mut stack = Stack::default();
+        let mut hits = 0;
+        for (i, pixel) in passes.pixels.iter().enumerate() {
+            let ray = camera(0.0).ray(i as u32 % WIDTH, i as u32 / WIDTH, sample_offset(0, 1));
+            let mut hit = [None];
+            tracer.closest(&[ray], Way::Alone, &mut stack, &mut hit);
+            let expected = hit[0].map_or(-1, |hit| hit.triangle as i32);
+            assert_eq!(pixel.triangle, expected, "{precision:?} pixel {i}");
+            assert_eq!(pixel.cost, [0.0; 2]);
+            hits += usize::from(expected >= 0);
+        }
+        assert!(hits > 1000 && hits < passes.pixels.len(), "{hits}");
+    }
+}
+
+#[test]
+fn the_cost_changes_nothing_else() {
+    let soup = hills(0.0);
+    let triangles = Triangles::new(Vertices::F32(&soup), None).unwrap();
+    let tree = tree(&triangles, Precision::Watertight);
+    let [without, with] = [false, true].map(|cost| picture(&tree, &triangles, 0.0, 1, cost));
+    for (a, b) in without.pixels.iter().zip(&with.pixels) {
+        assert!(b.cost[0] >= 1.0);
+        assert_eq!(*a, bih_core::render::Pixel { cost: [0.0; 2], ..*b });
+    }
+}
+
+/// Single precision finds no shadow of a surface on itself, also where its coordinates are large.
+#[test]
+fn fast_pictures_are_those_of_exact_ones_but_for_edges() {
+    for offset in [0.0f32, 100.0] {
+        let soup = hills(offset);
+        let triangles = Triangles::new(Vertices::F32(&soup), None).unwrap();
+        let [exact, fast] = [Precision::Watertight, Precision::Fast]
+            .map(|precision| picture(&tree(&triangles, precision), &triangles, f64::from(offset), 1, false));
+        let differ = |(a, b): (&bih_core::render::Pixel, &bih_core::render::Pixel)| {
+            (0..4).any(|i| (a.combined[i] - b.combined[i]).abs() > 1e-2 * a.combined[i].abs())
+        };
+        let differing = exact.pixels.iter().zip(&fast.pixels).filter(|&pair| differ(pair)).count();
+        let lit = exact.pixels.iter().filter(|pixel| pixel.combined[3] > 0.0).count();
+        assert!(lit > 1000 && 200 * differing < lit, "{differing} of {lit} at {offset}");
+    }
+}
