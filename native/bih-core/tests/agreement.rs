@@ -262,12 +262,13 @@ fn fast_finds_what_all_triangles_one_after_another_give() {
         (state >> 40) as f64 / (1u64 << 24) as f64
     };
     let mut soup = Vec::new();
-    for _ in 0..2000 {
+    let (triangles, rays) = if is_short() { (400, 300) } else { (2000, 3000) };
+    for _ in 0..triangles {
         let centre = [number(), number(), number()];
         soup.extend([(); 3].map(|()| centre.map(|x| (x + 0.1 * (number() - 0.5)) as f32)));
     }
     let ray = |_| Ray::new([number(), number(), number()], [number() - 0.5, number() - 0.5, number() - 0.5]);
-    let rays: Vec<_> = (0..3000).map(ray).collect();
+    let rays: Vec<_> = (0..rays).map(ray).collect();
     let double: Vec<_> = soup.iter().map(|corner| corner.map(f64::from)).collect();
     for vertices in [Vertices::F32(&soup), Vertices::F64(&double)] {
         let triangles = Triangles::new(vertices, None).unwrap();
@@ -278,7 +279,7 @@ fn fast_finds_what_all_triangles_one_after_another_give() {
             for (ray, found) in rays.iter().zip(&hits) {
                 assert_eq!(*found, naive_closest(&tree, &triangles, ray), "{layout:?} {ray:?}");
             }
-            assert!(hits.iter().flatten().count() > 1000);
+            assert!(hits.iter().flatten().count() > rays.len() / if is_short() { 10 } else { 3 });
         }
     }
 }

@@ -19,8 +19,8 @@ impl Lanes for Avx2 {
     numbers_in_256_bits!();
     #[inline(always)]
     fn push(self, far: Self, words: &[u32; 8], order: u32, nears: &mut [f32; 8], pushed: &mut [u32; 8]) -> u8 {
-        // SAFETY: a value of this type exists, so this runs inside `run`, whose caller vouches for AVX2; the references are
-        // to the eight words that are read and written.
+        // SAFETY: a value of this type exists, so this runs inside `run`, whose caller vouches for AVX2; the
+        // references are to the eight words that are read and written.
         unsafe {
             let order = lane_numbers!(order);
             let hits = _mm256_cmp_ps::<_CMP_LE_OQ>(self.0, far.0);

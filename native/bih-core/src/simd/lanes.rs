@@ -147,8 +147,8 @@ impl Mask for u8 {
     }
 }
 
-// Calls, except for what only moves: inlined, the kernels of all instruction sets take twice as long to compile for this one
-// alone, which becomes 7 % faster by it.
+// Calls, except for what only moves: inlined, this one instruction set takes longer to compile than all others, and
+// becomes 7 % faster by it.
 impl Lanes for Scalar {
     type Mask = u8;
     #[inline(always)]

@@ -5,8 +5,8 @@
     expect(unsafe_code, reason = "prefetching takes an address")
 )]
 
-/// Bring `LINES` cache lines from the item at `index` near, where the processor can; changes nothing else. Nothing need be
-/// there.
+/// Bring `LINES` cache lines from the item at `index` near, where the processor can; changes nothing else. Nothing need
+/// be there.
 #[inline(always)]
 pub fn prefetch<const LINES: usize, T>(items: &[T], index: usize) {
     const LINE: usize = 64;

@@ -1,7 +1,7 @@
 //! What AVX2 and AVX-512 share: eight numbers in one register of 256 bits, and how a kernel gets an instruction set.
 //!
-//! Lanes and their masks come into being only inside the instruction set's `run`, into which the methods are inlined and
-//! whose caller vouches for AVX2 and FMA at least: "inside `run`" below.
+//! Lanes and their masks come into being only inside the instruction set's `run`, into which the methods are inlined
+//! and whose caller vouches for AVX2 and FMA at least: "inside `run`" below.
 
 #![expect(unsafe_code, reason = "intrinsics may run only where the processor has them")]
 

@@ -1,5 +1,5 @@
-//! Where no number of the mesh is subnormal, none is computed with: many processors take a hundred times as long for one,
-//! and a padded lane or a word read as a float easily holds one. The processor itself says whether it met any.
+//! Where no number of the mesh is subnormal, none is computed with: many processors take a hundred times as long for
+//! one, and a padded lane or a word read as a float easily holds one. The processor itself says whether it met any.
 
 use std::hint::black_box;
 
