@@ -23,7 +23,7 @@ impl Split for Local {
 
     #[inline(always)]
     fn split<L: Lanes>(&self, references: &mut [Reference], (): &mut (), depth: u32) -> Cut {
-        let centres = Centres::of(references);
+        let centres = Centres::of(references, 1);
         if depth < MAX_SPATIAL_DEPTH && !centres.is_point() {
             halve(references, &centres)
         } else {
@@ -40,11 +40,12 @@ pub struct Centres {
 }
 
 impl Centres {
+    /// Of the references at every `stride`-th place.
     #[inline(always)]
-    pub fn of(references: &[Reference]) -> Self {
+    pub fn of(references: &[Reference], stride: usize) -> Self {
         let mut lower = [f32::INFINITY; 4];
         let mut upper = [f32::NEG_INFINITY; 4];
-        for reference in references {
+        for reference in references.iter().step_by(stride) {
             let centre = reference.half_centre();
             for axis in 0..4 {
                 lower[axis] = least(centre[axis], lower[axis]);
