@@ -1,0 +1,164 @@
+//! What is split: the triangles of a node, and their events in order on each axis.
+
+use rayon::prelude::*;
+
+use super::clip::clip;
+use super::event::Event;
+use super::split::Split;
+use crate::geometry::{Bounds, Triangles};
+
+/// A triangle in a cell: its row, and bounds of the part of it that lies in the cell.
+#[derive(Debug, Clone, Copy)]
+pub struct Reference {
+    pub bounds: Bounds,
+    pub row: u32,
+}
+
+/// Triangles of one node or, one behind the other, of several. Events number the triangles from the first of their node.
+#[derive(Debug, Default)]
+pub struct Lists {
+    pub references: Vec<Reference>,
+    pub events: [Vec<Event>; 3],
+}
+
+/// Where the lists of a node begin.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Mark {
+    references: usize,
+    events: [usize; 3],
+}
+
+/// Not among a child's triangles.
+const NONE: u32 = u32::MAX;
+
+/// Numbers of a node's triangles in its children, and what is new in them.
+#[derive(Debug, Default)]
+pub struct Sorting {
+    /// For each child the number there of each triangle whose events stay as they are.
+    numbers: [Vec<u32>; 2],
+    /// For each child and axis the events of triangles that the split has cut.
+    cut: [[Vec<Event>; 3]; 2],
+}
+
+impl Lists {
+    /// Lists of all triangles, their events put in order on all threads.
+    pub fn new(references: Vec<Reference>) -> Self {
+        let events = [0, 1, 2].map(|axis| {
+            let mut events = Vec::with_capacity(2 * references.len());
+            references.iter().enumerate().for_each(|(n, r)| Event::push(&mut events, &r.bounds, axis, n));
+            events.par_sort_unstable();
+            events
+        });
+        Self { references, events }
+    }
+
+    /// Where the next node's lists will begin.
+    pub fn end(&self) -> Mark {
+        Mark { references: self.references.len(), events: [0, 1, 2].map(|axis| self.events[axis].len()) }
+    }
+
+    /// Forget the nodes from here on.
+    pub fn truncate(&mut self, mark: Mark) {
+        self.references.truncate(mark.references);
+        (0..3).for_each(|axis| self.events[axis].truncate(mark.events[axis]));
+    }
+
+    /// Append the one node of `other`.
+    pub fn append(&mut self, other: &Self) {
+        self.references.extend_from_slice(&other.references);
+        (0..3).for_each(|axis| self.events[axis].extend_from_slice(&other.events[axis]));
+    }
+
+    /// Triangles of the last node.
+    pub fn references_from(&self, mark: Mark) -> &[Reference] {
+        &self.references[mark.references..]
+    }
+
+    /// Events of the last node.
+    pub fn events_from(&self, mark: Mark, axis: usize) -> &[Event] {
+        &self.events[axis][mark.events[axis]..]
+    }
+
+    pub fn bytes(&self) -> usize {
+        self.references.capacity() * size_of::<Reference>()
+            + self.events.iter().map(|events| events.capacity() * size_of::<Event>()).sum::<usize>()
+    }
+
+    /// Sort the triangles of the last node into its two `children`, which are empty. Triangles on both sides are
+    /// clipped to them; order and events of the others stay, so this takes linear time.
+    pub fn split(
+        &self,
+        mark: Mark,
+        split: &Split,
+        cells: &[Bounds; 2],
+        triangles: &Triangles,
+        sorting: &mut Sorting,
+        children: &mut [Self; 2],
+    ) {
+        sorting.sort(self.references_from(mark), split, cells, triangles, children);
+        let Sorting { numbers, cut } = sorting;
+        for (child, (numbers, cut)) in children.iter_mut().zip(numbers.iter().zip(cut)) {
+            for (axis, cut) in cut.iter_mut().enumerate() {
+                cut.sort_unstable();
+                merge(self.events_from(mark, axis), numbers, cut, &mut child.events[axis]);
+            }
+        }
+    }
+}
+
+impl Sorting {
+    fn sort(
+        &mut self,
+        references: &[Reference],
+        split: &Split,
+        cells: &[Bounds; 2],
+        triangles: &Triangles,
+        children: &mut [Lists; 2],
+    ) {
+        self.cut.as_flattened_mut().iter_mut().for_each(Vec::clear);
+        for numbers in &mut self.numbers {
+            numbers.clear();
+            numbers.resize(references.len(), NONE);
+        }
+        for (number, reference) in references.iter().enumerate() {
+            match split.sides(&reference.bounds) {
+                [true, true] => self.cut(reference, cells, triangles, children),
+                sides => {
+                    let side = usize::from(sides[1]);
+                    self.numbers[side][number] = children[side].references.len() as u32;
+                    children[side].references.push(*reference);
+                }
+            }
+        }
+    }
+
+    fn cut(&mut self, reference: &Reference, cells: &[Bounds; 2], triangles: &Triangles, children: &mut [Lists; 2]) {
+        let corners = triangles.corners(reference.row);
+        for side in 0..2 {
+            if let Some(bounds) = clip(&corners, &reference.bounds, &cells[side]) {
+                let number = children[side].references.len();
+                children[side].references.push(Reference { bounds, row: reference.row });
+                for (axis, events) in self.cut[side].iter_mut().enumerate() {
+                    Event::push(events, &bounds, axis, number);
+                }
+            }
+        }
+    }
+}
+
+/// Append those of `events` whose triangle has a number, renumbered, and `cut`, all in order.
+fn merge(events: &[Event], numbers: &[u32], cut: &[Event], merged: &mut Vec<Event>) {
+    let mut cut = cut.iter().copied().peekable();
+    for event in events {
+        let number = numbers[event.number()];
+        if number != NONE {
+            // Numbers of a child rise with those of its parent, so the order stays.
+            let event = event.renumbered(number);
+            while let Some(earlier) = cut.next_if(|cut| *cut < event) {
+                merged.push(earlier);
+            }
+            merged.push(event);
+        }
+    }
+    merged.extend(cut);
+}
