@@ -1,5 +1,6 @@
 //! Construction in O(N log N) (Wald and Havran 2006): sort once, then split in linear time a level.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use super::lists::{Lists, Mark, Reference, Sorting};
@@ -14,7 +15,7 @@ use crate::tree::Kind;
 
 /// Leaves and references a triangle at most, one reference counted for an empty leaf: without a bound, N triangles
 /// through one point could make N² references. Measured in docs/decisions/kd-tree.md.
-const ENTRIES: usize = 32;
+const ENTRIES: usize = 16;
 
 /// The most there can be: nodes are counted in 30 bits.
 const MOST_ENTRIES: usize = 1 << 29;
@@ -41,11 +42,30 @@ struct Task {
     entries: usize,
 }
 
+/// Bytes of lists on all threads.
+#[derive(Debug, Default)]
+struct Memory {
+    held: AtomicUsize,
+    peak: AtomicUsize,
+}
+
+impl Memory {
+    fn hold(&self, bytes: usize) {
+        let held = self.held.fetch_add(bytes, Ordering::Relaxed) + bytes;
+        self.peak.fetch_max(held, Ordering::Relaxed);
+    }
+
+    fn release(&self, bytes: usize) {
+        self.held.fetch_sub(bytes, Ordering::Relaxed);
+    }
+}
+
 /// What all nodes are built with.
 struct Builder<'a> {
     triangles: &'a Triangles<'a>,
     costs: &'a Costs,
     control: &'a Control,
+    memory: &'a Memory,
 }
 
 /// Entries that a tree over so many triangles has at most.
@@ -70,12 +90,16 @@ pub fn build(triangles: &Triangles, costs: &Costs, control: &Control) -> Result<
     let bounds = references.iter().fold(Bounds::EMPTY, |bounds, reference| bounds.union(&reference.bounds));
     let entries = most_entries(references.len());
     control.start(entries);
+    let memory = Memory::default();
     let Subtree { nodes, references, depth } = if references.is_empty() {
         Subtree::default()
     } else {
-        let builder = Builder { triangles, costs, control };
-        builder.subtree(Lists::new(references), Task { cell: bounds, depth: 0, entries })?
+        let builder = Builder { triangles, costs, control, memory: &memory };
+        let lists = Lists::new(references);
+        memory.hold(lists.bytes());
+        builder.subtree(lists, Task { cell: bounds, depth: 0, entries })?
     };
+    let tree_bytes = nodes.len() * KdNode::BYTES + (references.len() + rejected.len()) * size_of::<u32>();
     let stats = KdStats {
         triangles: triangles.len(),
         rejected: rejected.len(),
@@ -84,9 +108,9 @@ pub fn build(triangles: &Triangles, costs: &Costs, control: &Control) -> Result<
         empty_leaves: nodes.iter().filter(|node| matches!(node.kind(), Kind::Leaf { count: 0, .. })).count(),
         references: references.len(),
         depth: depth as usize,
-        tree_bytes: nodes.len() * KdNode::BYTES + (references.len() + rejected.len()) * size_of::<u32>(),
+        tree_bytes,
         bound_bytes: bound_bytes(triangles.len()),
-        peak_build_bytes: 0,
+        peak_build_bytes: memory.peak.into_inner() + tree_bytes,
         build_seconds: start.elapsed().as_secs_f64(),
     };
     Ok(KdTree { nodes, references, rejected, bounds, stats })
@@ -151,11 +175,14 @@ impl Builder<'_> {
         let mark = Mark::default();
         let Some(split) = self.split(&lists, mark, &task) else {
             self.control.advance(task.entries)?;
+            self.memory.release(lists.bytes());
             return Ok(Subtree::leaf(&lists.references, task.depth));
         };
         let cells = split.halves(&task.cell);
         let mut children = [Lists::default(), Lists::default()];
         lists.split(mark, &split, &cells, self.triangles, &mut Sorting::default(), &mut children);
+        self.memory.hold(children.iter().map(Lists::bytes).sum());
+        self.memory.release(lists.bytes());
         drop(lists);
         let tasks = task.children(cells, [0, 1].map(|side: usize| children[side].references.len()));
         let [left, right] = children;
@@ -166,6 +193,7 @@ impl Builder<'_> {
     /// Depth first, the lists of all nodes that wait one behind the other.
     fn small_subtree(&self, mut lists: Lists, task: Task) -> Result<Subtree, Cancelled> {
         let mut subtree = Subtree { nodes: vec![KdNode::leaf(0, 0)], references: Vec::new(), depth: task.depth };
+        self.memory.release(lists.bytes());
         let mut sorting = Sorting::default();
         let mut children = [Lists::default(), Lists::default()];
         let mut waiting = vec![(0, Mark::default(), task)];
@@ -195,6 +223,10 @@ impl Builder<'_> {
                 lists.append(&children[side]);
             }
         }
+        // What the lists grew to is not given back before the end.
+        let bytes = lists.bytes() + children.iter().map(Lists::bytes).sum::<usize>();
+        self.memory.hold(bytes);
+        self.memory.release(bytes);
         self.control.advance(done)?;
         Ok(subtree)
     }

@@ -34,10 +34,10 @@ const NONE: u32 = u32::MAX;
 /// Numbers of a node's triangles in its children, and what is new in them.
 #[derive(Debug, Default)]
 pub struct Sorting {
-    /// For each child the number there of each triangle whose events stay as they are.
-    numbers: [Vec<u32>; 2],
-    /// For each child and axis the events of triangles that the split has cut.
-    cut: [[Vec<Event>; 3]; 2],
+    /// For each triangle whose events stay as they are its number in the child that it goes to.
+    numbers: Vec<[u32; 2]>,
+    /// For each axis and child the events of triangles that the split has cut.
+    cut: [[Vec<Event>; 2]; 3],
 }
 
 impl Lists {
@@ -96,12 +96,15 @@ impl Lists {
         children: &mut [Self; 2],
     ) {
         sorting.sort(self.references_from(mark), split, cells, triangles, children);
-        let Sorting { numbers, cut } = sorting;
-        for (child, (numbers, cut)) in children.iter_mut().zip(numbers.iter().zip(cut)) {
-            for (axis, cut) in cut.iter_mut().enumerate() {
-                cut.sort_unstable();
-                merge(self.events_from(mark, axis), numbers, cut, &mut child.events[axis]);
-            }
+        for (axis, cut) in sorting.cut.iter_mut().enumerate() {
+            cut.iter_mut().for_each(|cut| cut.sort_unstable());
+            let [left, right] = &mut *children;
+            distribute(
+                self.events_from(mark, axis),
+                &sorting.numbers,
+                cut,
+                [&mut left.events[axis], &mut right.events[axis]],
+            );
         }
     }
 }
@@ -116,16 +119,18 @@ impl Sorting {
         children: &mut [Lists; 2],
     ) {
         self.cut.as_flattened_mut().iter_mut().for_each(Vec::clear);
-        for numbers in &mut self.numbers {
-            numbers.clear();
-            numbers.resize(references.len(), NONE);
-        }
-        for (number, reference) in references.iter().enumerate() {
+        self.numbers.clear();
+        for reference in references {
             match split.sides(&reference.bounds) {
-                [true, true] => self.cut(reference, cells, triangles, children),
+                [true, true] => {
+                    self.numbers.push([NONE; 2]);
+                    self.cut(reference, cells, triangles, children);
+                }
                 sides => {
                     let side = usize::from(sides[1]);
-                    self.numbers[side][number] = children[side].references.len() as u32;
+                    let mut numbers = [NONE; 2];
+                    numbers[side] = children[side].references.len() as u32;
+                    self.numbers.push(numbers);
                     children[side].references.push(*reference);
                 }
             }
@@ -138,27 +143,30 @@ impl Sorting {
             if let Some(bounds) = clip(&corners, &reference.bounds, &cells[side]) {
                 let number = children[side].references.len();
                 children[side].references.push(Reference { bounds, row: reference.row });
-                for (axis, events) in self.cut[side].iter_mut().enumerate() {
-                    Event::push(events, &bounds, axis, number);
+                for (axis, events) in self.cut.iter_mut().enumerate() {
+                    Event::push(&mut events[side], &bounds, axis, number);
                 }
             }
         }
     }
 }
 
-/// Append those of `events` whose triangle has a number, renumbered, and `cut`, all in order.
-fn merge(events: &[Event], numbers: &[u32], cut: &[Event], merged: &mut Vec<Event>) {
-    let mut cut = cut.iter().copied().peekable();
+/// Append to each child those of `events` whose triangle has a number there, renumbered, and what was `cut`, in order.
+fn distribute(events: &[Event], numbers: &[[u32; 2]], cut: &[Vec<Event>; 2], mut children: [&mut Vec<Event>; 2]) {
+    let mut cut = [0, 1].map(|side: usize| cut[side].iter().copied().peekable());
     for event in events {
-        let number = numbers[event.number()];
-        if number != NONE {
+        let numbers = numbers[event.number()];
+        let side = usize::from(numbers[0] == NONE);
+        if numbers[side] != NONE {
             // Numbers of a child rise with those of its parent, so the order stays.
-            let event = event.renumbered(number);
-            while let Some(earlier) = cut.next_if(|cut| *cut < event) {
-                merged.push(earlier);
+            let event = event.renumbered(numbers[side]);
+            while let Some(earlier) = cut[side].next_if(|cut| *cut < event) {
+                children[side].push(earlier);
             }
-            merged.push(event);
+            children[side].push(event);
         }
     }
-    merged.extend(cut);
+    for (child, cut) in children.iter_mut().zip(cut) {
+        child.extend(cut);
+    }
 }

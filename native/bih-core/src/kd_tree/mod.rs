@@ -7,9 +7,6 @@ mod build;
 mod clip;
 mod cost;
 mod event;
-// The bounds of `traverse` on where a ray crosses planes.
-#[path = "../traverse/interval.rs"]
-mod interval;
 mod lists;
 mod node;
 mod packet;
@@ -20,13 +17,13 @@ mod walk;
 pub use build::{bound_bytes, build};
 pub use cost::ExpectedCost;
 pub use node::KdNode;
-pub use packet::{LANES, Packet, PacketStack, walk_packet};
+pub use packet::{LANES, Packet};
 pub use split::Costs;
-pub use walk::{BinaryTree, Stack, walk};
+pub use walk::{BinaryTree, Stack, walk, walk_packet};
 
 use crate::geometry::Bounds;
 
-/// The deepest node there can be. Deeper cells of a float32 scene hardly ever pay: docs/decisions/kd-tree.md.
+/// The deepest node there can be: no split is made below. Measured in docs/decisions/kd-tree.md.
 pub const MAX_DEPTH: u32 = 64;
 
 /// A kd-tree over triangles that it does not hold: every query is given the same view of them.

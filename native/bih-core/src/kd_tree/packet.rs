@@ -1,81 +1,44 @@
-//! Four rays at a time, as Wald, Slusallek, Benthin and Wagner 2001, "Interactive Rendering with Coherent Ray Tracing":
-//! nodes are fetched once for a 2 × 2 packet, and its rays step through them side by side.
+//! Rays that walk together: where they cross axis-parallel planes, rounded so that nothing within them is ever lost.
+//!
+//! Written once for one ray and for 2 × 2 packets (Wald, Slusallek, Benthin and Wagner 2001, "Interactive Rendering with
+//! Coherent Ray Tracing"). The bounds are those of docs/accuracy.md, section 1.
 
-use super::walk::{BinaryTree, DEEPEST};
 use crate::geometry::{Bounds, Ray};
-use crate::traverse::Counter;
-use crate::tree::Kind;
 
-/// Rays of a packet.
+/// Rays of a 2 × 2 packet.
 pub const LANES: usize = 4;
 
-/// One number a ray.
-type Lane = [f64; LANES];
-
-/// Relative width that covers the roundings of a plane's distance, as for a single ray.
+/// Relative width that covers the four roundings of (plane − origin) · reciprocal: 8 · 2^-53.
 const PAD: f64 = 4.0 * f64::EPSILON;
 
-/// Four rays whose directions have the same signs, so that all see the children of a node in the same order.
+/// Rays whose directions have the same signs, so that all see the children of a node in the same order.
 #[derive(Debug, Clone, Copy)]
-pub struct Packet {
-    origin: [Lane; 3],
-    /// 1/d rounded towards zero and away from it.
-    least: [Lane; 3],
-    most: [Lane; 3],
+pub struct Packet<const N: usize = LANES> {
+    origin: [[f64; N]; 3],
+    /// 1/d rounded towards zero and away from it, both with the sign of d.
+    least: [[f64; N]; 3],
+    most: [[f64; N]; 3],
     negative: [bool; 3],
-    near: Lane,
-    far: Lane,
+    /// The part of each ray that counts; empty for one that is not active.
+    pub(super) near: [f64; N],
+    pub(super) far: [f64; N],
 }
 
-/// A node to visit later, and the part of each ray that lies in it; of a ray that misses it the part is empty.
-#[derive(Debug, Clone, Copy)]
-struct Entry {
-    node: usize,
-    near: Lane,
-    far: Lane,
-}
-
-/// Room for one node a level. Made once for many packets.
-#[derive(Debug, Clone)]
-pub struct PacketStack {
-    entries: [Entry; DEEPEST],
-}
-
-impl Default for PacketStack {
-    fn default() -> Self {
-        Self { entries: [Entry { node: 0, near: [0.0; LANES], far: [0.0; LANES] }; DEEPEST] }
-    }
-}
-
-/// 1/d rounded towards zero and away from it, both with the sign of d.
-fn reciprocals(direction: f64) -> (f64, f64) {
-    let reciprocal = 1.0 / direction;
-    let (least, most) = if direction == 0.0 {
-        (f64::INFINITY, f64::INFINITY)
-    } else if reciprocal.is_infinite() {
-        (f64::MAX, f64::INFINITY)
-    } else if reciprocal.is_subnormal() {
-        (0.0, f64::MIN_POSITIVE)
-    } else {
-        (reciprocal.abs() * (1.0 - PAD), reciprocal.abs() * (1.0 + PAD))
-    };
-    (least.copysign(direction), most.copysign(direction))
-}
-
-impl Packet {
-    /// None where the directions of active rays differ in a sign: these are to be traced one by one. Rays that are not
-    /// active meet no leaf; an invalid ray must not be active.
-    pub fn new(rays: &[Ray; LANES], active: [bool; LANES]) -> Option<Self> {
-        let example = rays[active.iter().position(|&active| active)?];
+impl<const N: usize> Packet<N> {
+    /// None where the directions of active rays differ in a sign: these are to be traced one by one; or where no ray is
+    /// active. Rays that are not active meet no leaf; an invalid ray must not be active.
+    #[inline(always)]
+    pub fn new(rays: &[Ray; N], active: [bool; N]) -> Option<Self> {
+        let example = &rays[active.iter().position(|&active| active)?];
         let mut packet = Self {
-            origin: [[0.0; LANES]; 3],
-            least: [[1.0; LANES]; 3],
-            most: [[1.0; LANES]; 3],
+            origin: [[0.0; N]; 3],
+            least: [[1.0; N]; 3],
+            most: [[1.0; N]; 3],
             negative: example.direction.map(f64::is_sign_negative),
-            near: [f64::INFINITY; LANES],
-            far: [f64::NEG_INFINITY; LANES],
+            near: [f64::INFINITY; N],
+            far: [f64::NEG_INFINITY; N],
         };
-        for lane in (0..LANES).filter(|&lane| active[lane]) {
+        for lane in (0..N).filter(|&lane| active[lane]) {
             let ray = &rays[lane];
             for axis in 0..3 {
                 if ray.direction[axis].is_sign_negative() != packet.negative[axis] {
@@ -90,24 +53,30 @@ impl Packet {
         Some(packet)
     }
 
-    /// Bounds on the t at which the rays meet a plane: at most, and at least; NaN where a ray lies in it.
+    /// Whether the rays run towards smaller coordinates.
     #[inline(always)]
-    fn crossings(&self, axis: usize, plane: f32) -> (Lane, Lane) {
-        let (mut earliest, mut latest) = ([0.0; LANES], [0.0; LANES]);
+    pub(super) fn is_negative(&self, axis: usize) -> bool {
+        self.negative[axis]
+    }
+
+    /// At most and at least the t at which the rays meet a plane; NaN where a ray lies in it: it says nothing.
+    #[inline(always)]
+    pub(super) fn crossings(&self, axis: usize, plane: f32) -> ([f64; N], [f64; N]) {
+        let (mut earliest, mut latest) = ([0.0; N], [0.0; N]);
         let (least, most, origin) = (&self.least[axis], &self.most[axis], &self.origin[axis]);
-        for lane in 0..LANES {
+        for lane in 0..N {
             let offset = f64::from(plane) - origin[lane];
-            let (towards_zero, away) = (offset * least[lane], offset * most[lane]);
-            // Of an offset ahead of the ray the first is the smaller one, behind it the larger one.
-            let is_ahead = (offset < 0.0) == self.negative[axis];
-            earliest[lane] = if is_ahead { towards_zero } else { away } - f64::MIN_POSITIVE;
-            latest[lane] = if is_ahead { away } else { towards_zero } + f64::MIN_POSITIVE;
+            // Ahead of the origin the first is the earlier one, behind it the second.
+            let (a, b) = (offset * least[lane], offset * most[lane]);
+            earliest[lane] = if a < b { a } else { b } - f64::MIN_POSITIVE;
+            latest[lane] = if a > b { a } else { b } + f64::MIN_POSITIVE;
         }
         (earliest, latest)
     }
 
     /// The parts of the rays within the bounds.
-    fn clip(&self, bounds: &Bounds) -> (Lane, Lane) {
+    #[inline(always)]
+    pub(super) fn clip(&self, bounds: &Bounds) -> ([f64; N], [f64; N]) {
         let (mut near, mut far) = (self.near, self.far);
         for axis in 0..3 {
             let [mut entry, mut exit] = [bounds.lower[axis], bounds.upper[axis]];
@@ -121,21 +90,37 @@ impl Packet {
     }
 }
 
-/// The smaller of two numbers, the second where the first is NaN.
+/// 1/d rounded towards zero and away from it, both with the sign of d.
 #[inline(always)]
-fn smaller(a: &Lane, b: &Lane) -> Lane {
+fn reciprocals(direction: f64) -> (f64, f64) {
+    let reciprocal = 1.0 / direction;
+    let (least, most) = if direction == 0.0 {
+        (f64::INFINITY, f64::INFINITY)
+    } else if reciprocal.is_infinite() {
+        (f64::MAX, f64::INFINITY)
+    } else if reciprocal.is_subnormal() {
+        (0.0, f64::MIN_POSITIVE)
+    } else {
+        (reciprocal.abs() * (1.0 - PAD), reciprocal.abs() * (1.0 + PAD))
+    };
+    (least.copysign(direction), most.copysign(direction))
+}
+
+/// The smaller of two numbers a lane, the second where the first is NaN.
+#[inline(always)]
+pub(super) fn smaller<const N: usize>(a: &[f64; N], b: &[f64; N]) -> [f64; N] {
     let mut least = *b;
-    for lane in 0..LANES {
+    for lane in 0..N {
         least[lane] = if a[lane] < b[lane] { a[lane] } else { b[lane] };
     }
     least
 }
 
-/// The larger of two numbers, the second where the first is NaN.
+/// The larger of two numbers a lane, the second where the first is NaN.
 #[inline(always)]
-fn larger(a: &Lane, b: &Lane) -> Lane {
+pub(super) fn larger<const N: usize>(a: &[f64; N], b: &[f64; N]) -> [f64; N] {
     let mut most = *b;
-    for lane in 0..LANES {
+    for lane in 0..N {
         most[lane] = if a[lane] > b[lane] { a[lane] } else { b[lane] };
     }
     most
@@ -143,96 +128,56 @@ fn larger(a: &Lane, b: &Lane) -> Lane {
 
 /// The lanes in which `a` does not exceed `b`.
 #[inline(always)]
-fn in_order(a: &Lane, b: &Lane) -> [bool; LANES] {
-    let mut mask = [false; LANES];
-    for lane in 0..LANES {
+pub(super) fn in_order<const N: usize>(a: &[f64; N], b: &[f64; N]) -> [bool; N] {
+    let mut mask = [false; N];
+    for lane in 0..N {
         mask[lane] = a[lane] <= b[lane];
     }
     mask
 }
 
+/// Whether any lane is set.
 #[inline(always)]
-fn any(mask: [bool; LANES]) -> bool {
-    mask[0] | mask[1] | mask[2] | mask[3]
-}
-
-/// Visit the leaves that any ray of the packet crosses, front to back. `leaf` is told which rays cross it, and answers
-/// how far each ray still matters: negative infinity where it is done.
-#[inline(always)]
-pub fn walk_packet<T: BinaryTree, C: Counter>(
-    tree: &T,
-    packet: &Packet,
-    stack: &mut PacketStack,
-    counter: &mut C,
-    mut leaf: impl FnMut(&[u32], [bool; LANES]) -> [f64; LANES],
-) {
-    if tree.is_empty() {
-        return;
-    }
-    let (near, far) = packet.clip(tree.bounds());
-    let mut limit = packet.far;
-    let mut waiting = 0;
-    let mut entry = Entry { node: 0, near, far };
-    loop {
-        let reach = smaller(&entry.far, &limit);
-        let active = in_order(&entry.near, &reach);
-        if any(active) {
-            counter.visit_node();
-            match tree.kind(entry.node) {
-                Kind::Inner { axis, left, clip } => {
-                    let backwards = usize::from(packet.negative[axis]);
-                    let first_ends = packet.crossings(axis, clip[backwards]).1;
-                    let second_starts = packet.crossings(axis, clip[1 - backwards]).0;
-                    let first = Entry { node: left + backwards, near: entry.near, far: smaller(&first_ends, &reach) };
-                    let second =
-                        Entry { node: left + 1 - backwards, near: larger(&second_starts, &entry.near), far: reach };
-                    if !any(in_order(&second.near, &second.far)) {
-                        entry = first;
-                    } else if !any(in_order(&first.near, &first.far)) {
-                        entry = second;
-                    } else {
-                        stack.entries[waiting] = second;
-                        waiting += 1;
-                        entry = first;
-                    }
-                    continue;
-                }
-                Kind::Leaf { first, count } => {
-                    counter.test_triangles(count);
-                    if count > 0 {
-                        limit = leaf(&tree.references()[first..first + count], active);
-                    }
-                }
-            }
-        }
-        if waiting == 0 {
-            return;
-        }
-        waiting -= 1;
-        entry = stack.entries[waiting];
-    }
+pub(super) fn any<const N: usize>(mask: &[bool; N]) -> bool {
+    mask.iter().fold(false, |any, &lane| any | lane)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::interval::Crossing;
     use super::*;
 
     #[test]
-    fn crossings_are_those_of_single_rays_bit_for_bit() {
-        let directions = [1.0, -1.0, 3.0, -0.1, 0.0, -0.0, 1e-300, -1e-300, 1e300, 5e-324, -f64::MAX];
-        for direction in directions {
-            let rays = [-2.0, 0.0, 2.5, 1e-44].map(|x| Ray::new([x, 0.0, 0.0], [direction, 1.0, 0.0]));
+    fn the_true_crossing_lies_between() {
+        for direction in [1.0, -1.0, 3.0, -0.1, 1e-300, -1e-300, 1e300, 5e-324, -f64::MAX] {
+            let origins = [-2.0, 0.0, 2.5, 1e-44];
+            let rays = origins.map(|x| Ray::new([x, 0.0, 0.0], [direction, 1.0, 0.0]));
             let packet = Packet::new(&rays, [true; LANES]).unwrap();
             for plane in [-3.0f32, -1e-38, 0.0, 1e-44, 2.5] {
                 let (earliest, latest) = packet.crossings(0, plane);
                 for lane in 0..LANES {
-                    let single = Crossing::new(&rays[lane]);
-                    let bits = |x: f64| if x.is_nan() { None } else { Some(x.to_bits()) };
-                    assert_eq!(bits(earliest[lane]), bits(single.earliest(0, plane)), "{direction} {plane}");
-                    assert_eq!(bits(latest[lane]), bits(single.latest(0, plane)), "{direction} {plane}");
+                    // The quotient of an exact difference, one rounding away from the truth.
+                    let offset = f64::from(plane) - origins[lane];
+                    let truth = offset / direction;
+                    if origins[lane] != 0.0 && offset + origins[lane] != f64::from(plane) {
+                        continue;
+                    }
+                    let (earliest, latest) = (earliest[lane], latest[lane]);
+                    assert!(earliest.is_nan() || earliest <= truth.next_down() || truth.is_infinite());
+                    assert!(latest.is_nan() || latest >= truth.next_up() || truth.is_infinite());
+                    assert!(earliest.is_nan() || latest.is_nan() || earliest <= latest, "{direction} {plane}");
                 }
             }
+        }
+    }
+
+    #[test]
+    fn a_ray_in_a_side_of_the_bounds_is_within_them() {
+        let bounds = Bounds { lower: [0.0; 3], upper: [1.0; 3] };
+        for direction in [[0.0, 0.0, 1.0], [-0.0, -0.0, 1.0]] {
+            let rays = [[0.0, 1.0, -1.0], [-1e-9, 1.0, -1.0]].map(|origin| Ray::new(origin, direction));
+            let (near, far) = Packet::new(&rays, [true; 2]).unwrap().clip(&bounds);
+            assert!(near[0] <= 1.0 && (2.0..2.1).contains(&far[0]));
+            assert!(near[1] > far[1]);
         }
     }
 

@@ -77,13 +77,14 @@ pub fn cheapest_on_axis(events: &[Event], count: usize, cell: &Bounds, axis: usi
     }
     let mut best: Option<Split> = None;
     let (mut left, mut right) = (0, count);
-    let mut rest = events;
-    while let Some(first) = rest.first() {
-        let here = rest.iter().take_while(|event| event.key() == first.key());
+    let mut next = 0;
+    while let Some(first) = events.get(next) {
         let mut happened = [0; 3];
-        here.for_each(|event| happened[event.happening() as usize] += 1);
+        while let Some(event) = events.get(next).filter(|event| event.key() == first.key()) {
+            happened[event.happening() as usize] += 1;
+            next += 1;
+        }
         let [end, planar, start] = happened;
-        rest = &rest[end + planar + start..];
         right -= end + planar;
         let plane = first.position();
         if lower < plane && plane < upper.min(f32::MAX) {

@@ -1,8 +1,9 @@
-//! The way of a ray through a binary tree.
+//! The way of rays through a binary tree: one loop for single rays and packets, for the kd-tree and the classic nodes of the
+//! Bounding Interval Hierarchy.
 
 use std::ops::ControlFlow;
 
-use super::interval::Crossing;
+use super::packet::{Packet, any, in_order, larger, smaller};
 use super::{KdTree, MAX_DEPTH};
 use crate::geometry::{Bounds, Ray};
 use crate::traverse::Counter;
@@ -10,6 +11,8 @@ use crate::tree::{self, Kind, Tree};
 
 /// Nodes whose children lie below and above planes across one axis.
 pub trait BinaryTree {
+    /// Whether the two planes of a node are always the same one.
+    const ONE_PLANE: bool;
     /// The box of all triangles.
     fn bounds(&self) -> &Bounds;
     /// How many nodes there are; the root has number 0.
@@ -25,6 +28,7 @@ pub trait BinaryTree {
 }
 
 impl BinaryTree for KdTree {
+    const ONE_PLANE: bool = true;
     #[inline(always)]
     fn bounds(&self) -> &Bounds {
         &self.bounds
@@ -45,6 +49,7 @@ impl BinaryTree for KdTree {
 
 /// The classic layout.
 impl BinaryTree for Tree {
+    const ONE_PLANE: bool = false;
     #[inline(always)]
     fn bounds(&self) -> &Bounds {
         self.bounds()
@@ -63,27 +68,33 @@ impl BinaryTree for Tree {
     }
 }
 
+/// The plane at which a ray leaves the child that it meets first, and the one at which it enters the other.
+#[inline(always)]
+pub(super) fn planes<T: BinaryTree>(clip: [f32; 2], backwards: usize) -> [f32; 2] {
+    if T::ONE_PLANE { clip } else { [clip[backwards], clip[1 - backwards]] }
+}
+
 /// A step down puts off at most one child, and no node of either tree is deeper than this.
 pub(super) const DEEPEST: usize =
     if MAX_DEPTH > tree::MAX_DEPTH { MAX_DEPTH as usize } else { tree::MAX_DEPTH as usize };
 
-/// A node to visit later, and the part of the ray that lies in it.
-#[derive(Debug, Clone, Copy, Default)]
-struct Entry {
+/// A node to visit later, and the part of each ray that lies in it; of a ray that misses it the part is empty.
+#[derive(Debug, Clone, Copy)]
+struct Entry<const N: usize> {
     node: usize,
-    near: f64,
-    far: f64,
+    near: [f64; N],
+    far: [f64; N],
 }
 
-/// Room for one node a level. Made once for many rays.
+/// Room for one node a level, for single rays or packets. Made once for many.
 #[derive(Debug, Clone)]
-pub struct Stack {
-    entries: [Entry; DEEPEST],
+pub struct Stack<const N: usize = 1> {
+    entries: [Entry<N>; DEEPEST],
 }
 
-impl Default for Stack {
+impl<const N: usize> Default for Stack<N> {
     fn default() -> Self {
-        Self { entries: [Entry::default(); DEEPEST] }
+        Self { entries: [Entry { node: 0, near: [0.0; N], far: [0.0; N] }; DEEPEST] }
     }
 }
 
@@ -99,30 +110,48 @@ pub fn walk<T: BinaryTree, C: Counter>(
     counter: &mut C,
     mut leaf: impl FnMut(&[u32]) -> ControlFlow<(), f64>,
 ) {
+    if let Some(packet) = Packet::new(&[*ray], [true]) {
+        walk_packet(tree, &packet, stack, counter, |rows, _| match leaf(rows) {
+            ControlFlow::Continue(limit) => [limit],
+            ControlFlow::Break(()) => [f64::NEG_INFINITY],
+        });
+    }
+}
+
+/// Visit the leaves that any ray of the packet crosses, front to back. `leaf` is told which rays cross it, and answers
+/// how far each ray still matters: negative infinity where it is done.
+#[inline(always)]
+pub fn walk_packet<const N: usize, T: BinaryTree, C: Counter>(
+    tree: &T,
+    packet: &Packet<N>,
+    stack: &mut Stack<N>,
+    counter: &mut C,
+    mut leaf: impl FnMut(&[u32], [bool; N]) -> [f64; N],
+) {
     if tree.is_empty() {
         return;
     }
-    let crossing = Crossing::new(ray);
-    let (near, far) = crossing.clip(tree.bounds(), ray.t_min, ray.t_max);
-    let mut limit = ray.t_max;
+    let (near, far) = packet.clip(tree.bounds());
     let mut waiting = 0;
     let mut entry = Entry { node: 0, near, far };
+    let mut limit = packet.far;
     loop {
-        if entry.near <= entry.far {
+        let active = in_order(&entry.near, &entry.far);
+        if any(&active) {
             counter.visit_node();
             match tree.kind(entry.node) {
                 Kind::Inner { axis, left, clip } => {
-                    let backwards = usize::from(crossing.is_negative(axis));
-                    let first_ends = crossing.latest(axis, clip[backwards]);
-                    let second_starts = crossing.earliest(axis, clip[1 - backwards]);
-                    // Written so that NaN changes nothing.
-                    let far = if first_ends < entry.far { first_ends } else { entry.far };
-                    let near = if second_starts > entry.near { second_starts } else { entry.near };
-                    let first = Entry { node: left + backwards, near: entry.near, far };
-                    let second = Entry { node: left + 1 - backwards, near, far: entry.far };
-                    if second.near > second.far {
+                    let backwards = usize::from(packet.is_negative(axis));
+                    let [exit, entrance] = planes::<T>(clip, backwards);
+                    let first_ends = packet.crossings(axis, exit).1;
+                    let second_starts = packet.crossings(axis, entrance).0;
+                    let first =
+                        Entry { node: left + backwards, near: entry.near, far: smaller(&first_ends, &entry.far) };
+                    let second =
+                        Entry { node: left + 1 - backwards, near: larger(&second_starts, &entry.near), far: entry.far };
+                    if !any(&in_order(&second.near, &second.far)) {
                         entry = first;
-                    } else if first.near > first.far {
+                    } else if !any(&in_order(&first.near, &first.far)) {
                         entry = second;
                     } else {
                         stack.entries[waiting] = second;
@@ -134,10 +163,7 @@ pub fn walk<T: BinaryTree, C: Counter>(
                 Kind::Leaf { first, count } => {
                     counter.test_triangles(count);
                     if count > 0 {
-                        match leaf(&tree.references()[first..first + count]) {
-                            ControlFlow::Continue(t) => limit = t,
-                            ControlFlow::Break(()) => return,
-                        }
+                        limit = leaf(&tree.references()[first..first + count], active);
                     }
                 }
             }
@@ -147,6 +173,6 @@ pub fn walk<T: BinaryTree, C: Counter>(
         }
         waiting -= 1;
         entry = stack.entries[waiting];
-        entry.far = if limit < entry.far { limit } else { entry.far };
+        entry.far = smaller(&limit, &entry.far);
     }
 }
