@@ -459,6 +459,37 @@ fn the_expected_cost_of_a_leaf_and_of_two() {
     assert_eq!(cost.total(&Costs::default()), 20.0);
 }
 
+/// Lines that nothing stops, evenly over all lines that meet the bounds, meet as much as the heuristic expects.
+#[test]
+fn the_expected_cost_is_what_lines_meet() {
+    let points = surface(60);
+    let triangles = soup(&points);
+    let tree = build_kd(&triangles);
+    let expected = tree.expected_cost();
+    let random = &mut Random(5);
+    let (mut counts, mut met) = (Counts::default(), 0);
+    let radius = 4.5;
+    for _ in 0..40_000 {
+        // Two points of a sphere, each evenly, are an even choice of the lines through it.
+        let mut on_sphere = || loop {
+            let p: [f64; 3] = from_fn(|_| random.next());
+            let length = p.iter().map(|x| x * x).sum::<f64>().sqrt();
+            if (0.1..1.0).contains(&length) {
+                break p.map(|x| x / length * radius);
+            }
+        };
+        let (a, b) = (on_sphere(), on_sphere());
+        let origin = [3.0 + a[0], 3.0 + a[1], a[2]];
+        let before = counts.nodes;
+        let line = Ray { t_min: f64::NEG_INFINITY, ..Ray::new(origin, from_fn(|i| b[i] - a[i])) };
+        walk(&tree, &line, &mut Stack::default(), &mut counts, |_| ControlFlow::Continue(f64::INFINITY));
+        met += u32::from(counts.nodes > before);
+    }
+    let [nodes, tests] = [counts.nodes, counts.triangles].map(|count| f64::from(count) / f64::from(met));
+    assert!((nodes / (expected.traversals + expected.leaves) - 1.0).abs() < 0.05, "{nodes} {expected:?}");
+    assert!((tests / expected.intersections - 1.0).abs() < 0.05, "{tests} {expected:?}");
+}
+
 #[test]
 fn progress_ends_at_one_and_a_cancelled_build_stops() {
     let points = surface(120);

@@ -170,3 +170,43 @@ fn distribute(events: &[Event], numbers: &[[u32; 2]], cut: &[Vec<Event>; 2], mut
         child.extend(cut);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::array::from_fn;
+
+    use proptest::prelude::*;
+
+    use super::super::split::{Costs, cheapest_on_axis};
+    use super::*;
+    use crate::geometry::Vertices;
+
+    proptest! {
+        /// What a split makes of sorted events is what sorting the child's triangles anew would make.
+        #[test]
+        fn events_stay_complete_and_in_order(
+            points in proptest::collection::vec(proptest::collection::vec(-4i32..=4, 3), 3..120),
+            axis in 0usize..3,
+        ) {
+            let points: Vec<[f32; 3]> = points[..points.len() / 3 * 3].iter().map(|p| from_fn(|i| p[i] as f32)).collect();
+            let triangles = Triangles::new(Vertices::F32(&points), None).unwrap();
+            let references: Vec<Reference> = (0..triangles.len() as u32)
+                .map(|row| Reference { bounds: Bounds::of_triangle(&triangles.corners(row)), row })
+                .collect();
+            let cell = references.iter().fold(Bounds::EMPTY, |cell, reference| cell.union(&reference.bounds));
+            let lists = Lists::new(references);
+            let mark = Mark::default();
+            let found = cheapest_on_axis(lists.events_from(mark, axis), lists.references.len(), &cell, axis, &Costs::default());
+            let Some(split) = found else { return Ok(()) };
+            let mut children = [Lists::default(), Lists::default()];
+            let halves = split.halves(&cell);
+            lists.split(mark, &split, &halves, &triangles, &mut Sorting::default(), &mut children);
+            for (child, half) in children.into_iter().zip(halves) {
+                prop_assert!(child.references.iter().all(|reference| half.contains(&reference.bounds)));
+                prop_assert!(child.references.is_sorted_by(|a, b| a.row < b.row));
+                let Lists { references, events } = child;
+                prop_assert_eq!(events, Lists::new(references).events);
+            }
+        }
+    }
+}
