@@ -33,6 +33,7 @@ VARIANTS = (
     Variant("local", {"heuristic": "local", "threads": 2}),
     Variant("leaf-64", {"leaf_size": 64, "threads": 1}),
     Variant("wide", {"layout": "wide"}),
+    Variant("compact", {"layout": "compact", "threads": 2}),
     Variant("wide-leaf-3-sah", {"layout": "wide", "leaf_size": 3, "heuristic": "sah", "threads": 3}),
 )
 

@@ -21,7 +21,7 @@ BOX = meshes.box()
         ("structure", "BIH"),
         ("structure", ""),
         ("layout", "tall"),
-        ("layout", "compact"),
+        ("layout", "Compact"),
         ("build", "later"),
         ("build", "on_demand"),
         ("heuristic", "SAH"),

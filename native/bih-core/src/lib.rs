@@ -11,6 +11,7 @@ pub mod control;
 pub mod error;
 pub mod geometry;
 pub mod intersect;
+pub mod kd_tree;
 mod pages;
 pub mod render;
 pub mod simd;

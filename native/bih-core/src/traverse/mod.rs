@@ -22,8 +22,7 @@ mod wide;
 
 pub use batch::{Float, Hits, Limits, RayBatch, Vectors};
 pub use closest::Hit;
-pub use counters::Counts;
-use counters::{Counter, Uncounted};
+pub use counters::{Counter, Counts, Uncounted};
 pub use naive::{naive_closest, naive_occluded};
 pub use packet::PACKET;
 pub use stack::Stack;

@@ -1,0 +1,178 @@
+//! The way of rays through a binary tree: one loop for single rays and packets, for the kd-tree and the classic nodes of the
+//! Bounding Interval Hierarchy.
+
+use std::ops::ControlFlow;
+
+use super::packet::{Packet, any, in_order, larger, smaller};
+use super::{KdTree, MAX_DEPTH};
+use crate::geometry::{Bounds, Ray};
+use crate::traverse::Counter;
+use crate::tree::{self, Kind, Tree};
+
+/// Nodes whose children lie below and above planes across one axis.
+pub trait BinaryTree {
+    /// Whether the two planes of a node are always the same one.
+    const ONE_PLANE: bool;
+    /// The box of all triangles.
+    fn bounds(&self) -> &Bounds;
+    /// How many nodes there are; the root has number 0.
+    fn len(&self) -> usize;
+    /// Whether there is none.
+    fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+    /// A node.
+    fn kind(&self, node: usize) -> Kind;
+    /// Triangle rows, leaf after leaf.
+    fn references(&self) -> &[u32];
+}
+
+impl BinaryTree for KdTree {
+    const ONE_PLANE: bool = true;
+    #[inline(always)]
+    fn bounds(&self) -> &Bounds {
+        &self.bounds
+    }
+    #[inline(always)]
+    fn len(&self) -> usize {
+        self.nodes.len()
+    }
+    #[inline(always)]
+    fn kind(&self, node: usize) -> Kind {
+        self.nodes[node].kind()
+    }
+    #[inline(always)]
+    fn references(&self) -> &[u32] {
+        &self.references
+    }
+}
+
+/// The classic layout.
+impl BinaryTree for Tree {
+    const ONE_PLANE: bool = false;
+    #[inline(always)]
+    fn bounds(&self) -> &Bounds {
+        self.bounds()
+    }
+    #[inline(always)]
+    fn len(&self) -> usize {
+        self.nodes().len()
+    }
+    #[inline(always)]
+    fn kind(&self, node: usize) -> Kind {
+        self.nodes()[node].kind()
+    }
+    #[inline(always)]
+    fn references(&self) -> &[u32] {
+        self.references()
+    }
+}
+
+/// The plane at which a ray leaves the child that it meets first, and the one at which it enters the other.
+#[inline(always)]
+pub(super) fn planes<T: BinaryTree>(clip: [f32; 2], backwards: usize) -> [f32; 2] {
+    if T::ONE_PLANE { clip } else { [clip[backwards], clip[1 - backwards]] }
+}
+
+/// A step down puts off at most one child, and no node of either tree is deeper than this.
+pub(super) const DEEPEST: usize =
+    if MAX_DEPTH > tree::MAX_DEPTH { MAX_DEPTH as usize } else { tree::MAX_DEPTH as usize };
+
+/// A node to visit later, and the part of each ray that lies in it; of a ray that misses it the part is empty.
+#[derive(Debug, Clone, Copy)]
+struct Entry<const N: usize> {
+    node: usize,
+    near: [f64; N],
+    far: [f64; N],
+}
+
+/// Room for one node a level, for single rays or packets. Made once for many.
+#[derive(Debug, Clone)]
+pub struct Stack<const N: usize = 1> {
+    entries: [Entry<N>; DEEPEST],
+}
+
+impl<const N: usize> Default for Stack<N> {
+    fn default() -> Self {
+        Self { entries: [Entry { node: 0, near: [0.0; N], far: [0.0; N] }; DEEPEST] }
+    }
+}
+
+/// Visit the leaves that the ray crosses, front to back. `leaf` answers how far the ray still matters, or that it is done.
+///
+/// In a kd-tree a leaf's triangle may be hit outside its cell, and is offered again in other leaves: the nearest hit is
+/// known once the next cell begins behind it.
+#[inline(always)]
+pub fn walk<T: BinaryTree, C: Counter>(
+    tree: &T,
+    ray: &Ray,
+    stack: &mut Stack,
+    counter: &mut C,
+    mut leaf: impl FnMut(&[u32]) -> ControlFlow<(), f64>,
+) {
+    if let Some(packet) = Packet::new(&[*ray], [true]) {
+        walk_packet(tree, &packet, stack, counter, |rows, _| match leaf(rows) {
+            ControlFlow::Continue(limit) => [limit],
+            ControlFlow::Break(()) => [f64::NEG_INFINITY],
+        });
+    }
+}
+
+/// Visit the leaves that any ray of the packet crosses, front to back. `leaf` is told which rays cross it, and answers
+/// how far each ray still matters: negative infinity where it is done.
+#[inline(always)]
+pub fn walk_packet<const N: usize, T: BinaryTree, C: Counter>(
+    tree: &T,
+    packet: &Packet<N>,
+    stack: &mut Stack<N>,
+    counter: &mut C,
+    mut leaf: impl FnMut(&[u32], [bool; N]) -> [f64; N],
+) {
+    if tree.is_empty() {
+        return;
+    }
+    let (near, far) = packet.clip(tree.bounds());
+    let mut waiting = 0;
+    let mut entry = Entry { node: 0, near, far };
+    let mut limit = packet.far;
+    loop {
+        let active = in_order(&entry.near, &entry.far);
+        if any(&active) {
+            counter.visit_node();
+            match tree.kind(entry.node) {
+                Kind::Inner { axis, left, clip } => {
+                    let backwards = usize::from(packet.is_negative(axis));
+                    let [exit, entrance] = planes::<T>(clip, backwards);
+                    let first_ends = packet.crossings(axis, exit).1;
+                    let second_starts = packet.crossings(axis, entrance).0;
+                    let first =
+                        Entry { node: left + backwards, near: entry.near, far: smaller(&first_ends, &entry.far) };
+                    let second =
+                        Entry { node: left + 1 - backwards, near: larger(&second_starts, &entry.near), far: entry.far };
+                    if !any(&in_order(&second.near, &second.far)) {
+                        entry = first;
+                    } else if !any(&in_order(&first.near, &first.far)) {
+                        entry = second;
+                    } else {
+                        stack.entries[waiting] = second;
+                        waiting += 1;
+                        entry = first;
+                    }
+                    continue;
+                }
+                Kind::Leaf { first, count } => {
+                    counter.test_triangles(count);
+                    if count > 0 {
+                        limit = leaf(&tree.references()[first..first + count], active);
+                    }
+                }
+            }
+        }
+        if waiting == 0 {
+            return;
+        }
+        waiting -= 1;
+        entry = stack.entries[waiting];
+        entry.far = smaller(&limit, &entry.far);
+    }
+}
