@@ -1,6 +1,6 @@
 """Checks of the Rust core that take more than `cargo test`: another processor, and what memory is read.
 
-python tools/native_checks.py neon      the tests, emulated on a 64-bit ARM processor, and the same bits as here
+python tools/native_checks.py neon      emulated on a 64-bit ARM processor: its lanes, and the same bits as here
 python tools/native_checks.py address   the tests in AddressSanitizer
 python tools/native_checks.py miri      what Miri can run of them
 
@@ -29,12 +29,12 @@ SHORT |= {"CARGO_PROFILE_RELEASE_LTO": "off", "CARGO_PROFILE_RELEASE_CODEGEN_UNI
 
 
 def neon() -> None:
-    """All tests, and one number for many answers that is compared with this machine's."""
+    """The tests of its lanes, and one number for many answers and pictures that is compared with this machine's."""
     linker = f"CARGO_TARGET_{ARM.upper().replace('-', '_')}"
     environment = SHORT | {f"{linker}_LINKER": "rust-lld", f"{linker}_RUNNER": "qemu-aarch64"}
     core = ("--quiet", "--locked", "--package", "bih-core")
     cargo("clippy", *core, "--target", ARM, "--", "--deny", "warnings")
-    cargo("test", *core, "--release", "--target", ARM, "--lib", "--tests", environment=environment)
+    cargo("test", *core, "--release", "--target", ARM, "--lib", "simd", environment=environment)
     digest = ("run", *core, "--release", "--example", "digest")
     there = cargo(*digest, "--target", ARM, environment=environment, output=True)
     here = cargo(*digest, environment=environment, output=True)
