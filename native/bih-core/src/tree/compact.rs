@@ -9,6 +9,12 @@ use crate::simd::Lanes;
 /// Steps that a coordinate can be away from the corner of its record.
 const STEPS: f32 = 255.0;
 
+/// Boxes farther apart than this have no grid: 255 steps of a wider one would overflow.
+const LONGEST: f64 = (1u128 << 126) as f64;
+
+/// In the place of a step's width: the boxes have no grid, and each stands for all of space.
+const NO_GRID: u8 = u8::MAX;
+
 /// 96 bytes, aligned so that no record lies in three cache lines.
 ///
 /// | bytes | what |
@@ -20,7 +26,7 @@ const STEPS: f32 = 255.0;
 /// | 64 – 95 | the words of the eight children, as in `Record` |
 ///
 /// A box holds that of the `Record` it was made from: every coordinate is rounded outward. That of a lane without a child
-/// means nothing.
+/// means nothing. Boxes that lie further apart than single precision can tell, or are infinite, are all of space.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C, align(32))]
 pub struct CompactRecord {
@@ -50,8 +56,12 @@ impl CompactRecord {
             || (0..WIDTH).map(|lane| (lane, record.bounds(lane))).filter(|(_, bounds)| *bounds != Bounds::EMPTY);
         let all = lanes().fold(Bounds::EMPTY, |all, (_, bounds)| all.union(&bounds));
         compact.lanes = lanes().fold(0, |mask, (lane, _)| mask | 1 << lane);
-        for axis in 0..3 {
-            let grid = Grid::new(all.lower[axis], all.upper[axis]);
+        let grids: [Option<Grid>; 3] = std::array::from_fn(|axis| Grid::new(all.lower[axis], all.upper[axis]));
+        let [Some(x), Some(y), Some(z)] = grids else {
+            compact.exponents = [NO_GRID; 3];
+            return compact;
+        };
+        for (axis, grid) in [x, y, z].into_iter().enumerate() {
             compact.corner[axis] = grid.corner;
             compact.exponents[axis] = grid.exponent;
             for (lane, bounds) in lanes() {
@@ -60,6 +70,12 @@ impl CompactRecord {
             }
         }
         compact
+    }
+
+    /// Whether the boxes are on a grid; if not, each is all of space.
+    #[inline(always)]
+    pub fn has_grid(&self) -> bool {
+        self.exponents[0] != NO_GRID
     }
 
     /// The corner of all boxes and the width of a step along an axis: a coordinate is corner + steps · width, rounded to
@@ -104,6 +120,9 @@ impl CompactRecord {
         if self.lanes >> lane & 1 == 0 {
             return Bounds::EMPTY;
         }
+        if !self.has_grid() {
+            return EVERYTHING;
+        }
         let at = |steps: &[[u8; WIDTH]; 3], axis: usize| {
             let (corner, width) = self.grid(axis);
             corner + f32::from(steps[axis][lane]) * width
@@ -120,6 +139,12 @@ impl CompactRecord {
     #[inline(always)]
     pub fn unpacked<'a, L: Lanes>(&self, space: &'a mut Record) -> &'a Record {
         let nothing = L::mask(!self.lanes);
+        space.children = self.children;
+        if !self.has_grid() {
+            space.lower = [L::splat(f32::INFINITY).select(nothing, L::splat(f32::NEG_INFINITY)).store(); 3];
+            space.upper = [L::splat(f32::NEG_INFINITY).select(nothing, L::splat(f32::INFINITY)).store(); 3];
+            return space;
+        }
         for axis in 0..3 {
             let (corner, width) = self.grid(axis);
             let (corner, width) = (L::splat(corner), L::splat(width));
@@ -129,10 +154,11 @@ impl CompactRecord {
             space.lower[axis] = L::splat(f32::INFINITY).select(nothing, lower).store();
             space.upper[axis] = L::splat(f32::NEG_INFINITY).select(nothing, upper).store();
         }
-        space.children = self.children;
         space
     }
 }
+
+const EVERYTHING: Bounds = Bounds { lower: [f32::NEG_INFINITY; 3], upper: [f32::INFINITY; 3] };
 
 /// The steps along one axis.
 struct Grid {
@@ -147,16 +173,22 @@ fn width(exponent: u8) -> f32 {
 }
 
 impl Grid {
-    /// The finest that reaches from `lower` to `upper`.
-    fn new(lower: f32, upper: f32) -> Self {
-        // In double precision neither the difference nor its half overflows.
-        let least = (f64::from(upper) - f64::from(lower)) / f64::from(STEPS);
-        let exponent = (least as f32).to_bits() >> 23;
-        let mut grid = Self { corner: lower, exponent: exponent.clamp(1, 254) as u8 };
-        while grid.at(u8::MAX) < upper && grid.exponent < 254 {
+    /// The finest that reaches from `lower` to `upper`; none where no step is wide enough. Where there is no box, any.
+    fn new(lower: f32, upper: f32) -> Option<Self> {
+        // In double precision the difference does not overflow.
+        let length = f64::from(upper) - f64::from(lower);
+        if length == f64::NEG_INFINITY {
+            return Some(Self { corner: 0.0, exponent: 1 });
+        }
+        if !(length <= LONGEST) {
+            return None;
+        }
+        let exponent = ((length / f64::from(STEPS)) as f32).to_bits() >> 23;
+        let mut grid = Self { corner: lower, exponent: exponent.max(1) as u8 };
+        while grid.at(u8::MAX) < upper {
             grid.exponent += 1;
         }
-        grid
+        Some(grid)
     }
 
     fn at(&self, steps: u8) -> f32 {
@@ -189,6 +221,7 @@ impl Grid {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::simd::Scalar;
 
     fn record(boxes: &[Bounds]) -> Record {
         let mut record = Record::EMPTY;
@@ -200,6 +233,11 @@ mod tests {
 
     fn holds(boxes: &[Bounds]) {
         let compact = CompactRecord::new(&record(boxes));
+        let mut space = Record::EMPTY;
+        compact.unpacked::<Scalar>(&mut space);
+        for lane in 0..WIDTH {
+            assert_eq!(space.bounds(lane), compact.bounds(lane), "lane {lane}");
+        }
         for (lane, bounds) in boxes.iter().enumerate() {
             assert!(compact.bounds(lane).contains(bounds), "{bounds:?} in {:?}", compact.bounds(lane));
             assert_eq!(compact.child(lane), Child::leaf(8 * lane, 8));
@@ -223,6 +261,8 @@ mod tests {
         holds(&[point(0.1), point(0.2), span(0.1, 0.15)]);
         holds(&[span(-1.0, 1.0), span(0.3, 0.7), point(-0.999_999_94), point(1.0)]);
         holds(&[span(f32::MIN, f32::MAX), point(0.0), span(1.0, 2.0)]);
+        holds(&[span(-4e37, 4e37), point(0.0), span(1.0, 2.0)]);
+        holds(&[span(f32::NEG_INFINITY, f32::INFINITY), point(0.0), span(1e30, f32::INFINITY)]);
         holds(&[span(1e-45, 3e-45), point(0.0)]);
         holds(&[span(16_777_216.0, 16_777_218.0), point(16_777_216.0)]);
         holds(&[span(-1e-30, 1.0), span(-1e-38, 1e-38), point(1e-45)]);
