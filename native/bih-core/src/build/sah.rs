@@ -8,18 +8,27 @@ use super::reference::Reference;
 use crate::simd::Lanes;
 use crate::tree::{MAX_SPATIAL_DEPTH, WIDTH};
 
-/// Bins an axis.
-const BINS: usize = 16;
-
-/// Ranges below this many have half as many bins; below the second number, on their longest axis alone.
-const FEW: usize = 64;
-const FEWER: usize = 16;
-
-/// Of longer ranges about as many as this, evenly spread, stand for all.
-const SAMPLE: usize = 1024;
+/// Bins an axis at most.
+const BINS: usize = 32;
 
 /// Splits ranges of references.
-pub struct Sah;
+pub struct Sah {
+    /// Bins an axis.
+    bins: usize,
+    /// Ranges below this many have half as many bins; below the second number, on their longest axis alone.
+    few: usize,
+    fewer: usize,
+    /// Of longer ranges about as many as this, evenly spread, stand for all.
+    sample: usize,
+}
+
+impl Sah {
+    /// Nearly as good: docs/decisions/heuristics.md.
+    pub const QUICK: Self = Self { bins: 16, few: 64, fewer: 16, sample: 1024 };
+
+    /// Every reference, every axis: docs/decisions/bvh.md.
+    pub const THOROUGH: Self = Self { bins: 32, few: 0, fewer: 0, sample: usize::MAX };
+}
 
 impl Split for Sah {
     type Item = Reference;
@@ -38,10 +47,11 @@ impl Split for Sah {
         if depth >= MAX_SPATIAL_DEPTH {
             return by_median(references);
         }
-        let stride = references.len().div_ceil(SAMPLE);
+        let stride = references.len().div_ceil(self.sample);
         let centres = Centres::of(references, stride);
-        let grid = BinGrid::new(&centres, if references.len() < FEW { BINS / 2 } else { BINS });
-        if let Some((axis, plane)) = best_plane::<L>(references, stride, &grid, axes(references.len(), &centres)) {
+        let grid = BinGrid::new(&centres, if references.len() < self.few { self.bins / 2 } else { self.bins });
+        let axes = if references.len() < self.fewer { longest(&centres) } else { 0..3 };
+        if let Some((axis, plane)) = best_plane::<L>(references, stride, &grid, axes) {
             let count = partition(references, |reference| grid.bin(reference, axis) < plane);
             return Cut::along(axis, count);
         }
@@ -50,11 +60,11 @@ impl Split for Sah {
     }
 }
 
-/// The axes that are looked at.
+/// The longest axis alone.
 #[inline(always)]
-fn axes(count: usize, centres: &Centres) -> Range<usize> {
-    let longest = centres.longest_axis();
-    if count < FEWER { longest..longest + 1 } else { 0..3 }
+fn longest(centres: &Centres) -> Range<usize> {
+    let axis = centres.longest_axis();
+    axis..axis + 1
 }
 
 /// Equal bins over the bounds of the centres.
