@@ -28,8 +28,8 @@ impl Structure {
     /// The layout where none is chosen.
     pub fn layout(self) -> Layout {
         match self {
-            Self::Bih | Self::KdTree => Layout::Classic,
-            Self::Bvh => Layout::Wide,
+            Self::Bih | Self::Bvh => Layout::Wide,
+            Self::KdTree => Layout::Classic,
         }
     }
 

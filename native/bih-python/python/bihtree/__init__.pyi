@@ -182,14 +182,13 @@ class Tree:
             one triangle several times (docs/decisions/kd-tree.md); "bvh" by the binned heuristic (Wald 2007,
             docs/decisions/bvh.md). A bih has every layout and heuristic; a kd_tree has "classic", "sah" and no
             leaf_size; a bvh has "wide" or "compact", and "sah".
-        layout: None: "classic" of a bih or a kd_tree, "wide" of a bvh. "classic" are the paper's 12-byte nodes,
-            smallest; "wide" are records of eight boxes for vector units, which trace two to five times as fast in about
-            four times the memory (docs/decisions/wide-records.md); "compact" are such records with quantised boxes,
-            whose leaves read the caller's arrays: less memory than the paper's nodes
-            (docs/decisions/compact-records.md).
-        heuristic: where a node is split; None: "global" of a bih, "sah" of its rivals. "global" is in the middle of the
-            longest side of a cell that is halved from the scene's bounds, as in the paper; "local" in the middle of the
-            longest side of its centres' bounds; "sah" where the surface area heuristic expects the least cost
+        layout: None: "wide", of a kd_tree "classic". "wide" are records of eight boxes for vector units
+            (docs/decisions/wide-records.md); "compact" are such records with quantised boxes, whose leaves read the
+            caller's arrays: the least memory, and slower (docs/decisions/compact-records.md); "classic" are binary nodes,
+            the paper's of 12 bytes, for study.
+        heuristic: None: "global", of a rival "sah". Where a node is split: "global" in the middle of the longest side of
+            a cell that is halved from the scene's bounds, as in the paper; "local" in the middle of the longest side of
+            its centres' bounds; "sah" where the surface area heuristic expects the least cost
             (docs/decisions/heuristics.md).
         presort: the bucket sort before the global heuristic, which changes no bit of the tree; None: where it pays.
         precision: "watertight" decides every hit exactly; "fast" is single precision throughout, for previews: rays may
