@@ -186,7 +186,7 @@ class Tree:
             (docs/decisions/wide-records.md); "compact" are such records with quantised boxes, whose leaves read the
             caller's arrays: the least memory, and slower (docs/decisions/compact-records.md); "classic" are nodes of
             two children, the paper's of 12 bytes, for study.
-        heuristic: where a node is split; None: "global", of a rival "sah". "global" in the middle of the longest side of
+        heuristic: where a node is split; None: "global", a rival: "sah". "global" in the middle of the longest side of
             a cell that is halved from the scene's bounds, as in the paper; "local" in the middle of the longest side of
             its centres' bounds; "sah" where the surface area heuristic expects the least cost
             (docs/decisions/heuristics.md).
