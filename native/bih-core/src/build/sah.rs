@@ -5,18 +5,19 @@ use std::ops::Range;
 use super::frame::{Cut, Split};
 use super::local::{Centres, by_median, halve, partition};
 use super::reference::Reference;
+use super::source::{least, most};
 use crate::simd::Lanes;
 use crate::tree::{MAX_SPATIAL_DEPTH, WIDTH};
 
-/// Bins an axis at most.
-const BINS: usize = 32;
+/// Bins an axis.
+const BINS: usize = 16;
+
+/// Ranges below this many have half as many bins.
+const FEW: usize = 64;
 
 /// Splits ranges of references.
 pub struct Sah {
-    /// Bins an axis.
-    bins: usize,
-    /// Ranges below this many have half as many bins; below the second number, on their longest axis alone.
-    few: usize,
+    /// Of ranges below this many only the longest axis is looked at.
     fewer: usize,
     /// Of longer ranges about as many as this, evenly spread, stand for all.
     sample: usize,
@@ -24,10 +25,10 @@ pub struct Sah {
 
 impl Sah {
     /// Nearly as good: docs/decisions/heuristics.md.
-    pub const QUICK: Self = Self { bins: 16, few: 64, fewer: 16, sample: 1024 };
+    pub const QUICK: Self = Self { fewer: 16, sample: 1024 };
 
     /// Every reference, every axis: docs/decisions/bvh.md.
-    pub const THOROUGH: Self = Self { bins: 32, few: 0, fewer: 0, sample: usize::MAX };
+    pub const THOROUGH: Self = Self { fewer: 0, sample: usize::MAX };
 }
 
 impl Split for Sah {
@@ -49,10 +50,10 @@ impl Split for Sah {
         }
         let stride = references.len().div_ceil(self.sample);
         let centres = Centres::of(references, stride);
-        let grid = BinGrid::new(&centres, if references.len() < self.few { self.bins / 2 } else { self.bins });
+        let grid = BinGrid::new(&centres, if references.len() < FEW { BINS / 2 } else { BINS });
         let axes = if references.len() < self.fewer { longest(&centres) } else { 0..3 };
         if let Some((axis, plane)) = best_plane::<L>(references, stride, &grid, axes) {
-            let count = partition(references, |reference| grid.bin(reference, axis) < plane);
+            let count = partition(references, |reference| grid.place(reference, axis) < first_of(plane));
             return Cut::along(axis, count);
         }
         let centres = if stride == 1 { centres } else { Centres::of(references, 1) };
@@ -71,7 +72,17 @@ fn longest(centres: &Centres) -> Range<usize> {
 struct BinGrid {
     lower: [f32; 4],
     scale: [f32; 4],
+    /// The number of the last one.
+    last: f32,
     count: usize,
+}
+
+/// From here on single precision has whole numbers alone: a sum is rounded to one, which its last bits hold.
+const WHOLE: f32 = (1 << 23) as f32;
+
+/// The lowest place in a bin.
+fn first_of(bin: usize) -> f32 {
+    WHOLE + bin as f32
 }
 
 impl BinGrid {
@@ -83,14 +94,21 @@ impl BinGrid {
             let side = centres.upper[axis] - centres.lower[axis];
             if side > 0.0 { bins / side } else { 0.0 }
         });
-        Self { lower: centres.lower, scale, count }
+        Self { lower: centres.lower, scale, last: (count - 1) as f32, count }
     }
 
-    /// Centres beyond the ends fall into the outermost bins.
+    /// The bin on an axis, as a number above `WHOLE`. Centres beyond the ends fall into the outermost bins.
     #[inline(always)]
-    fn bin(&self, reference: &Reference, axis: usize) -> usize {
-        let bin = ((reference.half_centre()[axis] - self.lower[axis]) * self.scale[axis]) as i32;
-        bin.clamp(0, self.count as i32 - 1) as usize
+    fn place(&self, reference: &Reference, axis: usize) -> f32 {
+        // Rounded to nearest half a bin lower is rounded down.
+        let place = (reference.half_centre()[axis] - self.lower[axis]) * self.scale[axis] - 0.5;
+        least(most(place, 0.0), self.last) + WHOLE
+    }
+
+    /// The bins on all axes.
+    #[inline(always)]
+    fn bins(&self, reference: &Reference) -> [usize; 4] {
+        std::array::from_fn(|axis| self.place(reference, axis).to_bits() as usize & (BINS - 1))
     }
 }
 
@@ -107,8 +125,8 @@ fn best_plane<L: Lanes>(
     let mut counts = [[0u32; BINS]; 3];
     for reference in references.iter().step_by(stride) {
         let lanes = reference.lanes::<L>();
-        for axis in axes.clone() {
-            let bin = grid.bin(reference, axis) & (BINS - 1);
+        // On all axes at once, whether they are looked at or not.
+        for (axis, bin) in grid.bins(reference).into_iter().enumerate().take(3) {
             boxes[axis][bin] = boxes[axis][bin].maximum(lanes);
             counts[axis][bin] += 1;
         }
