@@ -5,7 +5,6 @@ use std::ops::Range;
 use super::frame::{Cut, Split};
 use super::local::{Centres, by_median, halve, partition};
 use super::reference::Reference;
-use super::source::{least, most};
 use crate::simd::Lanes;
 use crate::tree::{MAX_SPATIAL_DEPTH, WIDTH};
 
@@ -53,7 +52,7 @@ impl Split for Sah {
         let grid = BinGrid::new(&centres, if references.len() < FEW { BINS / 2 } else { BINS });
         let axes = if references.len() < self.fewer { longest(&centres) } else { 0..3 };
         if let Some((axis, plane)) = best_plane::<L>(references, stride, &grid, axes) {
-            let count = partition(references, |reference| grid.place(reference, axis) < first_of(plane));
+            let count = partition(references, |reference| grid.bin(reference, axis) < plane);
             return Cut::along(axis, count);
         }
         let centres = if stride == 1 { centres } else { Centres::of(references, 1) };
@@ -72,18 +71,12 @@ fn longest(centres: &Centres) -> Range<usize> {
 struct BinGrid {
     lower: [f32; 4],
     scale: [f32; 4],
-    /// The number of the last one.
-    last: f32,
     count: usize,
 }
 
 /// From here on single precision has whole numbers alone: a sum is rounded to one, which its last bits hold.
 const WHOLE: f32 = (1 << 23) as f32;
-
-/// The lowest place in a bin.
-fn first_of(bin: usize) -> f32 {
-    WHOLE + bin as f32
-}
+const WHOLE_BITS: i32 = WHOLE.to_bits() as i32;
 
 impl BinGrid {
     #[inline(always)]
@@ -94,21 +87,23 @@ impl BinGrid {
             let side = centres.upper[axis] - centres.lower[axis];
             if side > 0.0 { bins / side } else { 0.0 }
         });
-        Self { lower: centres.lower, scale, last: (count - 1) as f32, count }
+        Self { lower: centres.lower, scale, count }
     }
 
-    /// The bin on an axis, as a number above `WHOLE`. Centres beyond the ends fall into the outermost bins.
+    /// Centres beyond the ends fall into the outermost bins.
     #[inline(always)]
-    fn place(&self, reference: &Reference, axis: usize) -> f32 {
-        // Rounded to nearest half a bin lower is rounded down.
-        let place = (reference.half_centre()[axis] - self.lower[axis]) * self.scale[axis] - 0.5;
-        least(most(place, 0.0), self.last) + WHOLE
+    fn bin(&self, reference: &Reference, axis: usize) -> usize {
+        // Rounded to nearest half a bin lower is rounded down. Bits of positive numbers are in their order, those of
+        // negative ones below them: neither a conversion nor a branch.
+        let place = (reference.half_centre()[axis] - self.lower[axis]) * self.scale[axis] + (WHOLE - 0.5);
+        let last = WHOLE_BITS + self.count as i32 - 1;
+        (place.to_bits() as i32).max(WHOLE_BITS).min(last) as usize & (BINS - 1)
     }
 
-    /// The bins on all axes.
+    /// The bins on all axes at once.
     #[inline(always)]
     fn bins(&self, reference: &Reference) -> [usize; 4] {
-        std::array::from_fn(|axis| self.place(reference, axis).to_bits() as usize & (BINS - 1))
+        std::array::from_fn(|axis| self.bin(reference, axis))
     }
 }
 
@@ -125,7 +120,7 @@ fn best_plane<L: Lanes>(
     let mut counts = [[0u32; BINS]; 3];
     for reference in references.iter().step_by(stride) {
         let lanes = reference.lanes::<L>();
-        // On all axes at once, whether they are looked at or not.
+        // All axes, whether they are looked at or not.
         for (axis, bin) in grid.bins(reference).into_iter().enumerate().take(3) {
             boxes[axis][bin] = boxes[axis][bin].maximum(lanes);
             counts[axis][bin] += 1;
