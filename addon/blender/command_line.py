@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from ..pipeline.errors import UserError
-from ..pipeline.settings import LARGEST_SIDE, PASSES, Settings
+from ..pipeline.settings import LARGEST_SIDE, PARTS, PASSES, Settings
 from . import modules
 
 LAST_FRAME = 1048574  # Blender's own limit
@@ -48,6 +48,7 @@ def _render(arguments: Namespace) -> None:
         for name in ("passes", "samples", "threads", "overlay_depth")
         if (value := getattr(arguments, name)) is not None
     }
+    chosen["parts"] = {**dict.fromkeys(arguments.leave_out, False), **dict.fromkeys(arguments.keep, True)}
     Settings(**chosen)  # a wrong value is found before any file is opened
     modules.require("numpy", "bihtree")
     from ..pipeline.preview import Outputs
@@ -96,11 +97,21 @@ def _parser() -> ArgumentParser:
     render.add_argument("--overlay-depth", type=int, metavar="N", help="deepest level that the overlay shows")
     render.add_argument("--samples", type=int, metavar="N", help="rays a pixel")
     render.add_argument("--threads", type=int, metavar="N", help="threads to use (0, all)")
+    for option, what in (("--keep", "keep"), ("--leave-out", "leave out wherever the picture stays the same")):
+        render.add_argument(
+            option, type=_parts, default=(), metavar="PART,…", help=f"{what} these parts of the work, or all (by need)"
+        )
     return parser
 
 
 def _names(text: str) -> tuple[str, ...]:
     return tuple(name.strip() for name in text.split(",") if name.strip())
+
+
+def _parts(text: str) -> tuple[str, ...]:
+    """Names of parts of the work; a hyphen may stand for a blank."""
+    names = tuple(name.replace("-", " ") for name in _names(text))
+    return PARTS if names == ("all",) else names
 
 
 def _side(text: str) -> int:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..pipeline import preview
+from ..pipeline import needs, preview
 from ..pipeline.camera import framing_view
 from ..pipeline.errors import UserError
 from ..pipeline.mesh import read_npz
@@ -38,9 +38,10 @@ def run(source: Source, chosen: Mapping[str, Any], outputs: preview.Outputs) -> 
     preview.check_outputs(outputs)
     scene, settings, seconds = _read(source)
     settings = replace(settings, **chosen)
-    traced = preview.trace(scene, settings, export_seconds=seconds, progress=_go_on)
+    traced = preview.trace(scene, settings, outputs=outputs, export_seconds=seconds, progress=_go_on)
     preview.write(traced, scene, settings, outputs, progress=_go_on)
-    return [*preview.summary(traced.report), *(f"note: {what}" for what in scene.skipped)]
+    table = needs.lines(traced.report["needs"])
+    return [*preview.summary(traced.report), "", *table, *(f"note: {what}" for what in scene.skipped)]
 
 
 def _read(source: Source) -> tuple[SceneData, Settings, float]:

@@ -16,7 +16,7 @@ import pytest
 from numpy.typing import NDArray
 
 from addon.blender import command_line, job
-from addon.pipeline.settings import PASSES
+from addon.pipeline.settings import PARTS, PASSES
 from tests.blender.scenes import add, add_camera, add_light, add_mesh
 from tests.meshes import icosphere
 
@@ -66,6 +66,23 @@ def out(tmp_path: Path) -> Path:
     return folder
 
 
+def test_parts_are_kept_and_left_out_as_asked(blend, out):
+    pictures = []
+    for number, choice in enumerate(((), ("--keep", "all"), ("--leave-out", "bucket-sort,threads", "--keep", "tree"))):
+        done = run("render", "--scene", blend, "--output", out / f"{number}.exr", *choice)
+        assert (done.returncode, done.stderr) == (0, "")
+        pictures.append(pixels(out / f"{number}.exr"))
+        kept = {line.split("  ")[0]: "kept" in line for line in done.stdout.split("\n\n")[1].splitlines()}
+        if choice[:2] == ("--keep", "all"):
+            assert kept["bucket sort"] and kept["world transform"]
+    assert not kept["threads"]
+    assert np.array_equal(pictures[0], pictures[1], equal_nan=True)
+    assert np.array_equal(pictures[0], pictures[2], equal_nan=True)
+    wrong = run("render", "--scene", blend, "--output", out / "a.png", "--keep", "roof")
+    assert wrong.returncode == 2
+    assert "unknown part 'roof'" in wrong.stderr
+
+
 def test_all_outputs_at_once(blend, out):
     done = run(
         "render", "--scene", blend, "--output", out / "a.png", "--output", out / "a.exr",
@@ -73,8 +90,11 @@ def test_all_outputs_at_once(blend, out):
     )  # fmt: skip
     assert (done.returncode, done.stderr) == (0, "")
     assert sorted(path.name for path in out.iterdir()) == ["a.exr", "a.json", "a.png", "overlay.png"]
+    summary, table = (part.splitlines() for part in done.stdout.split("\n\n"))
     for word in ("export", "build", "trace", "bytes a triangle", "a second"):
-        assert len([line for line in done.stdout.splitlines() if word in line]) == 1
+        assert len([line for line in summary if word in line]) == 1
+    for part in PARTS:
+        assert len([line for line in table if line.startswith(f"{part}  ")]) == 1
     picture = pixels(out / "a.png")
     assert picture.shape == (48, 64, 4)
     covered = picture[..., 3] > 0

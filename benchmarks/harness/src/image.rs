@@ -36,6 +36,7 @@ pub fn by_bih(built: &BihTree, view: &View, samples: u32) -> Picture {
         seed: 0,
         lighting: Lighting { lights: vec![light], shadows: true },
         combined: true,
+        normal: false,
         cost: false,
     };
     let passes = render(&built.tree, &built.triangles, &camera, &options, &Control::default());

@@ -57,6 +57,7 @@ fn main() {
         seed: 1,
         lighting: Lighting::default(),
         combined: true,
+        normal: true,
         cost: true,
     };
     let control = Control::default();

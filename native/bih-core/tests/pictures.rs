@@ -61,6 +61,7 @@ fn picture(tree: &Tree, triangles: &Triangles, offset: f64, samples: u32, cost: 
         seed: 1,
         lighting: Lighting { lights, shadows: true },
         combined: true,
+        normal: true,
         cost,
     };
     render(tree, triangles, &camera(offset), &options, &Control::default()).unwrap()

@@ -45,6 +45,7 @@ pub fn render<'py>(
         seed: count("seed", seed, 0)? as u64,
         lighting: Lighting { lights: lights.map_or(Ok(Vec::new()), read_lights)?, shadows },
         combined: passes.iter().any(|pass| pass == "combined"),
+        normal: passes.iter().any(|pass| pass == "normal"),
         cost: passes.iter().any(|pass| pass == "cost"),
     };
     let picture = scene.with_triangles(py, |triangles| {

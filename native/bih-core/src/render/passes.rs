@@ -7,7 +7,7 @@ pub struct Pixel {
     pub combined: [f32; 4],
     /// Distance along the viewing axis; infinite for a miss.
     pub depth: f32,
-    /// Unit normal that faces the ray; zero for a miss.
+    /// Unit normal that faces the ray; zero for a miss, and where normals were not wanted.
     pub normal: [f32; 3],
     /// Where the surface is hit; zero for a miss.
     pub position: [f32; 3],

@@ -43,6 +43,8 @@ pub struct RenderOptions {
     pub lighting: Lighting,
     /// Whether colours are wanted; without, only the first sample is traced and nothing shaded.
     pub combined: bool,
+    /// Whether normals are wanted; colours need them too.
+    pub normal: bool,
     /// Whether the work of the rays through the centres is wanted: they are traced once more, one by one.
     pub cost: bool,
 }
@@ -151,6 +153,7 @@ impl TileRender<'_> {
         let mut rays = [Ray::new([0.0; 3], [0.0; 3]); PACKET];
         let mut hits = [None; PACKET];
         let samples = if options.combined { options.samples } else { 1 };
+        let has_normals = options.combined || options.normal;
         let len = block.len;
         for sample in 0..samples {
             let offset = sample_offset(sample, options.seed);
@@ -161,7 +164,7 @@ impl TileRender<'_> {
             let mut found = Found::new();
             for (i, (ray, hit)) in rays.iter().zip(&hits).enumerate().take(len) {
                 if let Some(hit) = hit {
-                    found.push(i, &surface(tracer, ray, hit), &ray.direction);
+                    found.push(i, &surface(tracer, ray, hit, has_normals), &ray.direction);
                 }
             }
             if sample == 0 {
@@ -231,17 +234,22 @@ impl Found {
     }
 }
 
-/// What a ray hits.
-fn surface(tracer: &Tracer, ray: &Ray, hit: &Hit) -> Surface {
+/// What a ray hits; without normals where nothing needs them.
+fn surface(tracer: &Tracer, ray: &Ray, hit: &Hit, has_normals: bool) -> Surface {
     let corners = tracer.triangles.corners(hit.triangle);
-    let [a, b, c] = &corners;
-    let normal = normalise(&cross(&normalise(&subtract(b, a)), &normalise(&subtract(c, a))));
-    let away = dot(&normal, &ray.direction) > 0.0;
+    let normal = if has_normals { facing(&corners, ray) } else { [0.0; 3] };
     let (position, error) = match tracer.tree.precision() {
         Precision::Watertight => along(ray, hit),
         Precision::Fast => within(&corners, hit),
     };
-    Surface { error, position, normal: if away { normal.map(|x| -x) } else { normal } }
+    Surface { error, position, normal }
+}
+
+/// The unit normal of a triangle on the side that a ray comes from.
+fn facing([a, b, c]: &Corners, ray: &Ray) -> Vector {
+    let normal = normalise(&cross(&normalise(&subtract(b, a)), &normalise(&subtract(c, a))));
+    let away = dot(&normal, &ray.direction) > 0.0;
+    if away { normal.map(|x| -x) } else { normal }
 }
 
 /// Where a ray is at a hit, and how far that can be from the triangle.
