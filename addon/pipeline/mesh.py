@@ -46,6 +46,11 @@ def read_npz(path: Path) -> Mesh:
         raise UserError(f"mesh file {path} does not exist") from None
     except (OSError, ValueError, EOFError, TypeError, RuntimeError, BadZipFile, zlib.error) as error:
         raise UserError(f"{path}: not an .npz mesh ({error})") from None
+    return checked_mesh(path, vertices, triangles)
+
+
+def checked_mesh(path: Path, vertices: NDArray[Any], triangles: NDArray[Any]) -> Mesh:
+    """What was read from a file as a mesh of its name. Raises UserError for other shapes, kinds and rows."""
     if vertices.ndim != 2 or vertices.shape[1] != 3 or vertices.dtype.kind != "f":
         raise UserError(f"{path}: vertices must be (V, 3) floats, got {vertices.shape} {vertices.dtype}")
     if triangles.ndim != 2 or triangles.shape[1] != 3 or triangles.dtype.kind not in "iu":

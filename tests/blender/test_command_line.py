@@ -6,37 +6,18 @@ import json
 import re
 import subprocess
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 
 import bpy
 import numpy as np
 import OpenImageIO
 import pytest
-from numpy.typing import NDArray
 
 from addon.blender import command_line, job
 from addon.pipeline.settings import PARTS, PASSES
+from tests.blender.commands import pixels, run
 from tests.blender.scenes import add, add_camera, add_light, add_mesh
 from tests.meshes import icosphere
-
-ROOT = Path(__file__).resolve().parents[2]
-COMMAND = [sys.executable, "-m", "addon.blender.command_line"]
-
-
-def run(*arguments: object, command: Sequence[str] = COMMAND) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [*command, *map(str, arguments)], cwd=ROOT, capture_output=True, text=True, check=False, timeout=300
-    )
-
-
-def pixels(path: Path) -> NDArray[np.float32]:
-    """(H, W, C) float32, the first row at the top."""
-    file = OpenImageIO.ImageInput.open(str(path))
-    try:
-        return file.read_image(OpenImageIO.FLOAT).reshape(file.spec().height, file.spec().width, -1)
-    finally:
-        file.close()
 
 
 def save(path: Path) -> Path:
@@ -57,30 +38,6 @@ def blend(scene: bpy.types.Scene, tmp_path: Path) -> Path:
     scene.frame_set(1)
     (tmp_path / "in").mkdir()
     return save(tmp_path / "in" / "ball.blend")
-
-
-@pytest.fixture
-def out(tmp_path: Path) -> Path:
-    folder = tmp_path / "out"
-    folder.mkdir()
-    return folder
-
-
-def test_parts_are_kept_and_left_out_as_asked(blend, out):
-    pictures = []
-    for number, choice in enumerate(((), ("--keep", "all"), ("--leave-out", "bucket-sort,threads", "--keep", "tree"))):
-        done = run("render", "--scene", blend, "--output", out / f"{number}.exr", *choice)
-        assert (done.returncode, done.stderr) == (0, "")
-        pictures.append(pixels(out / f"{number}.exr"))
-        kept = {line.split("  ")[0]: "kept" in line for line in done.stdout.split("\n\n")[1].splitlines()}
-        if choice[:2] == ("--keep", "all"):
-            assert kept["bucket sort"] and kept["world transform"]
-    assert not kept["threads"]
-    assert np.array_equal(pictures[0], pictures[1], equal_nan=True)
-    assert np.array_equal(pictures[0], pictures[2], equal_nan=True)
-    wrong = run("render", "--scene", blend, "--output", out / "a.png", "--keep", "roof")
-    assert wrong.returncode == 2
-    assert "unknown part 'roof'" in wrong.stderr
 
 
 def test_all_outputs_at_once(blend, out):
