@@ -28,19 +28,19 @@ class Variant:
 VARIANTS = (
     Variant("default"),
     Variant("one-thread", {"threads": 1}),
-    Variant("leaf-1", {"leaf_size": 1, "threads": 2}),
-    Variant("leaf-8-presorted", {"leaf_size": 8, "presort": True, "threads": 5}),
-    Variant("local", {"heuristic": "local", "threads": 2}),
-    Variant("leaf-64", {"leaf_size": 64, "threads": 1}),
-    Variant("wide", {"layout": "wide"}),
+    Variant("presorted", {"presort": True, "threads": 5}),
+    Variant("classic", {"layout": "classic", "threads": 2}),
+    Variant("classic-leaf-1", {"layout": "classic", "leaf_size": 1, "threads": 1}),
+    Variant("classic-local", {"layout": "classic", "heuristic": "local", "threads": 2}),
+    Variant("classic-leaf-64", {"layout": "classic", "leaf_size": 64}),
     Variant("compact", {"layout": "compact", "threads": 2}),
-    Variant("wide-leaf-3-sah", {"layout": "wide", "leaf_size": 3, "heuristic": "sah", "threads": 3}),
+    Variant("leaf-3-sah", {"leaf_size": 3, "heuristic": "sah", "threads": 3}),
 )
 
 # Their answers are float32's: they have tests of their own, and those that compare them with themselves.
 FAST_VARIANTS = (
-    Variant("fast", {"layout": "wide", "precision": "fast"}),
-    Variant("fast-leaf-3", {"layout": "wide", "precision": "fast", "leaf_size": 3, "threads": 3}),
+    Variant("fast", {"precision": "fast"}),
+    Variant("fast-leaf-3", {"precision": "fast", "leaf_size": 3, "threads": 3}),
     Variant("fast-classic", {"layout": "classic", "precision": "fast"}),
 )
 

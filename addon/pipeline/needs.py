@@ -25,6 +25,8 @@ ALONE_RAYS, ALONE_TRIANGLES = 1_024, 1_024
 LEAF = {"wide": 8, "compact": 8, "classic": 8}
 """Up to so many triangles are one leaf: each ray tests all of them."""
 
+FAST = "precision fast: another tree may round a hit in another way"
+
 
 @dataclass(frozen=True)
 class Part:
@@ -90,13 +92,15 @@ def plan(scene: SceneData, settings: Settings, wanted: Collection[str], *, tree_
     if not is_kept("lights without power", _dark(scene, settings, shadows)):
         lights = lights[_powers(lights)]
     reached = np.ones(len(scene.instance_mesh), bool)
-    apart = _apart(scene, replace(scene, lights=lights), passes, shadows, tree_shown)
-    if not is_kept("objects out of reach", _objects(scene, apart, passes, tree_shown)):
+    why_whole = _why_whole(scene, settings, passes, tree_shown)
+    apart = np.zeros(len(reached), bool) if why_whole else _apart(replace(scene, lights=lights), shadows)
+    if not is_kept("objects out of reach", _objects(scene, apart, why_whole)):
         reached = ~apart
     shown = scene if reached.all() else scene.only(reached)
     count = shown.triangle_count
     flatten: dict[str, Any] = {"transform_all": is_kept("world transform", _transform(shown))}
-    flatten["dtype"] = np.float64 if is_kept("double precision", _double(shown)) else np.float32
+    is_double = is_kept("double precision", _double(shown, settings))
+    flatten["dtype"] = None if settings.precision == "fast" else np.float64 if is_double else np.float32
     tree: dict[str, Any] = {}
     if settings.structure == "bih":
         tree["presort"] = is_kept("bucket sort", _sort(count))
@@ -104,7 +108,7 @@ def plan(scene: SceneData, settings: Settings, wanted: Collection[str], *, tree_
             parts.append(Part("on demand", False, "not in this version"))
         elif is_kept("on demand", _on_demand(shown, count)):
             tree["build"] = "on_demand"
-    leaf = LEAF.get(settings.layout, 0) if settings.structure == "bih" else 0
+    leaf = LEAF.get(settings.layout, 0) if settings.structure == "bih" and settings.precision != "fast" else 0
     if is_kept("tree", _tree(count, leaf, settings)):
         tree["leaf_size"] = 1 if settings.leaf_size is None and count <= leaf else settings.leaf_size
     else:
@@ -197,25 +201,27 @@ def _dark(scene: SceneData, settings: Settings, shadows: bool) -> _Case:
     return _Case("", f"lights that give none: {dark}", saves)
 
 
-def _apart(
-    scene: SceneData, lit: SceneData, passes: Collection[str], shadows: bool, tree_shown: bool
-) -> NDArray[np.bool_]:
-    """(M,) the instances to leave out; none where they would be missed, or where none would be left."""
-    none = np.zeros(len(scene.instance_mesh), bool)
-    if len(none) < 2 or tree_shown or "cost" in passes:
-        return none
-    apart = unreached(lit, shadows=shadows)
+def _why_whole(scene: SceneData, settings: Settings, passes: Collection[str], tree_shown: bool) -> str:
+    """Why all objects stay, wherever they are; empty where some may be left out."""
+    if len(scene.instance_mesh) < 2:
+        return "one object"
+    if tree_shown:
+        return "the whole tree is shown"
+    if "cost" in passes:
+        return "the cost pass counts the work in the whole tree"
+    return FAST if settings.precision == "fast" else ""
+
+
+def _apart(scene: SceneData, shadows: bool) -> NDArray[np.bool_]:
+    """(M,) the instances that no ray reaches; none where nothing else would be left."""
+    apart = unreached(scene, shadows=shadows)
     kept = sum(len(scene.meshes[m].triangles) for m in scene.instance_mesh[~apart])
-    return apart if kept else none
+    return apart if kept else np.zeros(len(apart), bool)
 
 
-def _objects(scene: SceneData, apart: NDArray[np.bool_], passes: Collection[str], tree_shown: bool) -> _Case:
-    if len(apart) < 2:
-        return _Case("one object")
-    if tree_shown or "cost" in passes:
-        return _Case("the cost pass counts the work in the whole tree" if not tree_shown else "the whole tree is shown")
+def _objects(scene: SceneData, apart: NDArray[np.bool_], why_whole: str) -> _Case:
     if not apart.any():
-        return _Case("a ray may reach every object")
+        return _Case(why_whole or "a ray may reach every object")
     triangles = sum(len(scene.meshes[m].triangles) for m in scene.instance_mesh[apart])
     count = int(np.count_nonzero(apart))
     what = f"{count:,} objects lie outside the picture, and where no shadow comes from"
@@ -231,7 +237,9 @@ def _transform(scene: SceneData) -> _Case:
     return _Case("", what, f"{vertices:,} vertices not transformed{copied}")
 
 
-def _double(scene: SceneData) -> _Case:
+def _double(scene: SceneData, settings: Settings) -> _Case:
+    if settings.precision == "fast":
+        return _Case(FAST)
     doubles = [row for row in np.unique(scene.instance_mesh) if scene.meshes[row].vertices.dtype == np.float64]
     if not doubles:
         vertices = sum(len(scene.meshes[m].vertices) for m in scene.instance_mesh)
@@ -271,7 +279,8 @@ def _tree(triangles: int, leaf: int, settings: Settings) -> _Case:
     if settings.leaf_size is not None:
         return _Case("a leaf size was chosen")
     if triangles > leaf:
-        return _Case(f"{triangles:,} triangles, more than one leaf of {leaf}" if leaf else f"a {settings.structure}")
+        why = f"{triangles:,} triangles, more than one leaf of {leaf}"
+        return _Case(why if leaf else FAST if settings.precision == "fast" else f"a {settings.structure}")
     return _Case("", f"{triangles} triangles fit one leaf: each ray tests them all", "all inner nodes")
 
 

@@ -9,8 +9,8 @@ from types import MappingProxyType
 from .errors import UserError
 
 STRUCTURES = ("bih",)
-LAYOUTS = ("wide", "classic")
-PRECISIONS = ("watertight",)
+LAYOUTS = ("wide", "compact", "classic")
+PRECISIONS = ("watertight", "fast")
 LARGEST_SIDE = 65536
 """Most pixels a side of a picture, as bihtree.Camera has it."""
 PASSES = ("combined", "depth", "normal", "position", "triangle", "cost")

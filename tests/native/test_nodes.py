@@ -249,11 +249,13 @@ def test_same_tree_for_any_number_of_threads(dtype):
 def test_leaf_size_bounds_the_leaves():
     mesh = MESHES["soup"]
     for size in (1, 2, 3, 5, 16, 1000):
-        table = bihtree.Tree(*mesh, leaf_size=size).nodes()
+        table = bihtree.Tree(*mesh, layout="classic", leaf_size=size).nodes()
         assert table["count"][table["kind"] == LEAF].max() <= size
         inner = table["count"][table["kind"] == INNER]
         assert (inner > size).all()
-    assert len(bihtree.Tree(*mesh, leaf_size=1000).nodes()) == 1
+        wide = bihtree.Tree(*mesh, leaf_size=size).nodes()
+        assert wide["count"][wide["kind"] == LEAF].max() <= min(size, 8)
+    assert len(bihtree.Tree(*mesh, layout="classic", leaf_size=1000).nodes()) == 1
 
 
 def test_every_variant_of_an_empty_tree():

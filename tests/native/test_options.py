@@ -68,7 +68,7 @@ def test_options_are_keywords():
 
 def test_what_is_offered():
     tree = bihtree.Tree(
-        *BOX, structure="bih", layout="classic", build="eager", heuristic="global", presort=False,
+        *BOX, structure="bih", layout="wide", build="eager", heuristic="global", presort=False,
         precision="watertight", leaf_size=None, threads=0, copy=True, progress=None,
     )  # fmt: skip
     assert tree.nodes().tobytes() == bihtree.Tree(*BOX, presort=None).nodes().tobytes()

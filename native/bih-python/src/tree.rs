@@ -34,7 +34,7 @@ type Pair<'py> = (Bound<'py, PyArray1<i32>>, Bound<'py, PyArray1<i32>>);
 #[pymethods]
 impl Tree {
     #[new]
-    #[pyo3(signature = (vertices, triangles=None, *, structure="bih", layout="classic", build="eager",
+    #[pyo3(signature = (vertices, triangles=None, *, structure="bih", layout="wide", build="eager",
         heuristic="global", presort=None, precision="watertight", leaf_size=None, threads=0, copy=true, progress=None))]
     #[expect(clippy::too_many_arguments, reason = "they are keywords in Python")]
     fn new(

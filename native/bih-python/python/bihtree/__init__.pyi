@@ -158,7 +158,7 @@ class Tree:
         triangles: ArrayLike | None = None,
         *,
         structure: Literal["bih"] = "bih",
-        layout: Literal["wide", "compact", "classic"] = "classic",
+        layout: Literal["wide", "compact", "classic"] = "wide",
         build: Literal["eager"] = "eager",
         heuristic: Literal["global", "local", "sah"] = "global",
         presort: bool | None = None,
@@ -173,10 +173,9 @@ class Tree:
         vertices: (V, 3) float32 or float64 (other real numbers become float64, float16 float32); a triangle with a
             vertex that is not finite is rejected and counted in stats.rejected.
         triangles: (T, 3) integer rows of vertices; None: each three vertices are one triangle.
-        layout: "classic" are the paper's 12-byte nodes, smallest; "wide" are records of eight boxes for vector units,
-            which trace two to five times as fast in about four times the memory (docs/decisions/wide-records.md);
-            "compact" are such records with quantised boxes, whose leaves read the caller's arrays: less memory than the
-            paper's nodes (docs/decisions/compact-records.md).
+        layout: "wide" are records of eight boxes for vector units (docs/decisions/wide-records.md); "compact" are such
+            records with quantised boxes, whose leaves read the caller's arrays: the least memory, and slower
+            (docs/decisions/compact-records.md); "classic" are the paper's 12-byte nodes, for study.
         heuristic: where a node is split: "global" in the middle of the longest side of a cell that is halved from the
             scene's bounds, as in the paper; "local" in the middle of the longest side of its centres' bounds; "sah"
             where the surface area heuristic expects the least cost (docs/decisions/heuristics.md).
