@@ -2,6 +2,7 @@
 
     python -m benchmarks.needs                 ten scenes, 21 alternating pairs a row; a section of docs/benchmarks.md
     python -m benchmarks.needs --scene ball    one scene, printed only
+    python -m benchmarks.needs --sweep         where the thresholds lie: one part kept and left out, over sizes; printed
     python -m benchmarks.needs --quick         small scenes; the same bits are asserted, no clock is read
 
 A row is the time to image by the scene's own choice ("auto") over that with every part kept, every part left out where
@@ -23,7 +24,7 @@ import numpy as np
 from addon.pipeline import preview
 from addon.pipeline.settings import PARTS
 
-from . import machine, sections
+from . import machine, needs_sweep, sections
 from .needs_scenes import SCENES, Case
 from .page import PAGE
 from .tables import table
@@ -107,18 +108,18 @@ def _seconds(case: Case, mode: str, parts: dict[str, bool]) -> float:
     return perf_counter() - start
 
 
-def compared(case: Case, mode: str, parts: dict[str, bool], pairs: int) -> Ratio:
-    """Auto and the mode in turn, each first in every other pair."""
-    for _ in range(2):
-        _seconds(case, mode, parts), _seconds(case, "auto", {})
-    ratios, ours = [], []
-    for pair in range(pairs):
-        turn = [("auto", {}), (mode, parts)]
+def compared(case: Case, mode: str, parts: dict[str, bool], pairs: int, ours: dict[str, bool] | None = None) -> Ratio:
+    """Auto, or what `ours` says, and the mode in turn, each first in every other pair."""
+    turn = [("auto", ours or {}), (mode, parts)]
+    ratios, seconds = [], []
+    for pair in range(-2, pairs):
         times = {who: _seconds(case, who, options) for who, options in (turn if pair % 2 else turn[::-1])}
-        ratios.append(times["auto"] / times[mode])
-        ours.append(times["auto"])
+        # Two pairs warm up.
+        if pair >= 0:
+            ratios.append(times["auto"] / times[mode])
+            seconds.append(times["auto"])
     lower, upper = _interval(sorted(ratios))
-    return Ratio(case.scene.name, mode, 1e3 * median(ours), median(ratios), lower, upper)
+    return Ratio(case.scene.name, mode, 1e3 * median(seconds), median(ratios), lower, upper)
 
 
 def _interval(ordered: list[float]) -> tuple[float, float]:
@@ -160,6 +161,18 @@ the median of {pairs} alternating pairs. Below 1 auto is faster. What comes to t
     return "\n".join([said, *facts, f"- met: {met} of {len(ratios)}\n", table(heads, rows)])
 
 
+def sweep(pairs: int) -> None:
+    """Each part left out over the same kept, size by size."""
+    for point in needs_sweep.points():
+        found = compared(point.case, "kept", {point.part: True}, pairs, {point.part: False})
+        where = f"{point.part}: {point.what}"
+        print(
+            f"{where:<48} {found.milliseconds:8.2f} ms, left out over kept {found.middle:.3f}"
+            f"  [{found.lower:.3f}, {found.upper:.3f}]",
+            flush=True,
+        )
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(
         prog="python -m benchmarks.needs", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
@@ -168,7 +181,11 @@ def main() -> int:
     parser.add_argument("--pairs", type=int, default=PAIRS, help=f"alternating pairs a row ({PAIRS})")
     parser.add_argument("--size", type=int, default=SIZE, help=f"triangles of the larger scenes ({SIZE:,})")
     parser.add_argument("--scene", action="append", choices=SCENES, help="only this one, printed; may be repeated")
+    parser.add_argument("--sweep", action="store_true", help="where the thresholds lie, printed")
     arguments = parser.parse_args()
+    if arguments.sweep:
+        sweep(arguments.pairs)
+        return 0
     ratios: list[Ratio] = []
     faults: list[str] = []
     for name in arguments.scene or SCENES:

@@ -24,7 +24,8 @@ class Case:
     settings: Settings
 
 
-def _mesh(name: str, part: Shape) -> Mesh:
+def mesh_of(name: str, part: Shape) -> Mesh:
+    """As the pipeline has it."""
     return Mesh(name, part.vertices, part.triangles.view(np.int32))
 
 
@@ -37,7 +38,8 @@ def _lights(*rows: tuple[int, tuple[float, float, float], float]) -> NDArray[np.
     return lights
 
 
-def _framed(mesh: Mesh, size: tuple[int, int], lights: NDArray[np.void] | None = None) -> SceneData:
+def framed(mesh: Mesh, size: tuple[int, int], lights: NDArray[np.void] | None = None) -> SceneData:
+    """One still object, whole in the picture."""
     bounds = np.stack([mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)])
     none = np.zeros(0, LIGHT_DTYPE)
     view = framing_view(bounds, *size)
@@ -49,53 +51,53 @@ def _framed(mesh: Mesh, size: tuple[int, int], lights: NDArray[np.void] | None =
 def triangle(size: int) -> Case:
     """One, in a picture of an icon's size."""
     mesh = Mesh("triangle", np.eye(3, dtype=np.float32), np.array([[0, 1, 2]], np.int32))
-    return Case(_framed(mesh, (32, 32)), Settings(passes=("combined",)))
+    return Case(framed(mesh, (32, 32)), Settings(passes=("combined",)))
 
 
 def cube(size: int) -> Case:
     """Twelve triangles and a sun."""
-    return Case(_framed(_mesh("cube", box()), (160, 120), _lights((SUN, (-1, 2, -3), 3))), Settings())
+    return Case(framed(mesh_of("cube", box()), (160, 120), _lights((SUN, (-1, 2, -3), 3))), Settings())
 
 
 def ball(size: int) -> Case:
     """Needs none of the parts but its picture: one still object and no light."""
-    return Case(_framed(_mesh("ball", sphere(5)), (320, 240)), Settings(passes=("combined",)))
+    return Case(framed(mesh_of("ball", sphere(5)), (320, 240)), Settings(passes=("combined",)))
 
 
 def land(size: int) -> Case:
     """A landscape, a sun, and every pass but the cost."""
     passes = ("combined", "depth", "normal", "position", "triangle")
-    mesh = _mesh("land", terrain(size).mesh)
-    return Case(_framed(mesh, (320, 240), _lights((SUN, (1, -2, 1), 3))), Settings(passes=passes))
+    mesh = mesh_of("land", terrain(size).mesh)
+    return Case(framed(mesh, (320, 240), _lights((SUN, (1, -2, 1), 3))), Settings(passes=passes))
 
 
 def dust(size: int) -> Case:
     """A soup of triangles, of which the depth alone is wanted."""
     return Case(
-        _framed(_mesh("dust", soup(size).mesh), (320, 240), _lights((SUN, (1, 1, -1), 3))), Settings(passes=("depth",))
+        framed(mesh_of("dust", soup(size).mesh), (320, 240), _lights((SUN, (1, 1, -1), 3))), Settings(passes=("depth",))
     )
 
 
 def night(size: int) -> Case:
     """A city by one lamp; two more are switched off."""
-    mesh = _mesh("night", city(size).mesh)
+    mesh = mesh_of("night", city(size).mesh)
     side = float(mesh.vertices.max())
     lamps = _lights((POINT, (0, side, 0), 0), (POINT, (0, side, -side), 40 * side * side), (SUN, (0, -1, 0), 0))
-    return Case(_framed(mesh, (320, 240), lamps), Settings(passes=("combined",)))
+    return Case(framed(mesh, (320, 240), lamps), Settings(passes=("combined",)))
 
 
 def double(size: int) -> Case:
     """Double precision that single precision would hold."""
     mesh = terrain(size // 2).mesh
     wide = Mesh("double", mesh.vertices.astype(np.float64), mesh.triangles.view(np.int32))
-    return Case(_framed(wide, (320, 240)), Settings(passes=("combined", "normal")))
+    return Case(framed(wide, (320, 240)), Settings(passes=("combined", "normal")))
 
 
 def far(size: int) -> Case:
     """The same far away, where it would not."""
     mesh = terrain(size // 2).mesh
     away = mesh.vertices + np.array([1e6, 2e6, 3e6]) / 3
-    return Case(_framed(Mesh("far", away, mesh.triangles.view(np.int32)), (320, 240)), Settings(passes=("combined",)))
+    return Case(framed(Mesh("far", away, mesh.triangles.view(np.int32)), (320, 240)), Settings(passes=("combined",)))
 
 
 def stage(size: int) -> Case:
@@ -111,14 +113,14 @@ def stage(size: int) -> Case:
     lights = _lights((SUN, (0.4, 1, -0.2), 3))
     rows = np.zeros(count, np.int32)
     return Case(
-        SceneData([_mesh("ball", part)], rows, matrices, "stage", view, lights),
+        SceneData([mesh_of("ball", part)], rows, matrices, "stage", view, lights),
         Settings(passes=("combined", "triangle")),
     )
 
 
 def close(size: int) -> Case:
     """A few metres of a landscape of ten times the size."""
-    mesh = _mesh("close", terrain(10 * size).mesh)
+    mesh = mesh_of("close", terrain(10 * size).mesh)
     eye, target, up = np.array([5.0, 1.2, 5]), np.array([5.4, 0.6, 5.5]), np.array([0, 1.0, 0])
     view: CameraView = perspective_view(eye, target, up, 320, 240, field_of_view=0.6, near=0.01, far=2.0)
     return Case(SceneData.of_mesh(mesh, view), Settings(passes=("combined",)))
