@@ -3,6 +3,7 @@
     python -m benchmarks.needs                 ten scenes, 21 alternating pairs a row; a section of docs/benchmarks.md
     python -m benchmarks.needs --scene ball    one scene, printed only
     python -m benchmarks.needs --sweep         where the thresholds lie: one part kept and left out, over sizes; printed
+    python -m benchmarks.needs --instructions  the same by instructions retired, for a machine that is not idle
     python -m benchmarks.needs --quick         small scenes; the same bits are asserted, no clock is read
 
 A row is the time to image by the scene's own choice ("auto") over that with every part kept, every part left out where
@@ -13,8 +14,9 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+from functools import partial
 from statistics import median
 from time import perf_counter
 
@@ -24,31 +26,19 @@ import numpy as np
 from addon.pipeline import preview
 from addon.pipeline.settings import PARTS
 
-from . import machine, needs_sweep, sections
+from . import needs_instructions, needs_page, needs_sweep, sections
+from .needs_page import STRIPPED, Ratio
 from .needs_scenes import SCENES, Case
 from .page import PAGE
-from .tables import table
 
-SIZE, QUICK_SIZE = 200_000, 3_000
+SIZE, QUICK_SIZE, COUNTED_SIZE = 200_000, 3_000, 20_000
+SHRUNK = 4
+"""Times that a picture has fewer pixels a side where instructions are counted."""
 PAIRS = 21
-LIMIT = 1.05
-STRIPPED = "by hand"
 STRIPPED_SCENE = "ball"
 
 OF_THE_TREE = {"tree", "objects out of reach"}
 """Parts that change what the cost pass counts."""
-
-
-@dataclass(frozen=True)
-class Ratio:
-    """Of the times of auto to another's, from alternating pairs: the median and its 95 % interval."""
-
-    scene: str
-    mode: str
-    milliseconds: float
-    middle: float
-    lower: float
-    upper: float
 
 
 def modes(case: Case) -> Iterator[tuple[str, dict[str, bool]]]:
@@ -122,6 +112,29 @@ def compared(case: Case, mode: str, parts: dict[str, bool], pairs: int, ours: di
     return Ratio(case.scene.name, mode, 1e3 * median(seconds), median(ratios), lower, upper)
 
 
+def counted(names: Iterable[str]) -> None:
+    """Do what `instructions` counts, scene by scene."""
+    work: list[needs_instructions.Work] = []
+    for name in names:
+        case = SCENES[name](COUNTED_SIZE).smaller(SHRUNK)
+        for mode, parts in [("auto", {}), *_modes_to_compare(case)]:
+            work.append((f"{name}/{mode}", partial(_seconds, case, mode, parts)))
+    needs_instructions.run(work)
+
+
+def instructions(names: Sequence[str]) -> list[Ratio]:
+    """As `measured`, of instructions; an interval is a point."""
+    words = [word for name in names for word in ("--scene", name)]
+    found = needs_instructions.counts(["benchmarks.needs", "--counted", *words])
+    ratios = []
+    for key, count in found.items():
+        scene, _, mode = key.partition("/")
+        auto = found[f"{scene}/auto"]
+        if mode != "auto" and not mode.startswith("threads:"):
+            ratios.append(Ratio(scene, mode, auto / 1e6, auto / count, auto / count, auto / count))
+    return ratios
+
+
 def _interval(ordered: list[float]) -> tuple[float, float]:
     """Of the median with 95 % confidence: order statistics by the binomial distribution, whose normal form is near
     enough from 21 on."""
@@ -130,35 +143,17 @@ def _interval(ordered: list[float]) -> tuple[float, float]:
     return ordered[rank], ordered[count - 1 - rank]
 
 
+def _modes_to_compare(case: Case) -> list[tuple[str, dict[str, bool]]]:
+    return [*modes(case), *([(STRIPPED, {})] if case.scene.name == STRIPPED_SCENE else [])]
+
+
 def measured(case: Case, pairs: int) -> list[Ratio]:
     """Every mode of a scene."""
-    chosen = list(modes(case))
-    if case.scene.name == STRIPPED_SCENE:
-        chosen.append((STRIPPED, {}))
-    return [compared(case, mode, parts, pairs) for mode, parts in chosen]
-
-
-def verdict(ratio: Ratio) -> str:
-    """Whether auto is within the limit, and how surely."""
-    if ratio.middle <= LIMIT:
-        return "met" if ratio.upper <= LIMIT else "met, within its interval not surely"
-    return "**missed**" if ratio.lower > LIMIT else "**missed**, within its interval not surely"
-
-
-def section(ratios: list[Ratio], pairs: int) -> str:
-    """For the page."""
-    rows = [
-        [r.scene, r.mode, f"{r.milliseconds:.3g}", f"{r.middle:.3f}", f"{r.lower:.3f} – {r.upper:.3f}", verdict(r)]
-        for r in ratios
-    ]
-    met = sum(ratio.middle <= LIMIT for ratio in ratios)
-    heads = ["scene", "compared with", "auto, ms", "auto over it", "95 % interval", f"≤ {LIMIT}"]
-    said = f"""Time to image by the scene's own choice ("auto") over that of another, by `python -m benchmarks.needs`:
-the median of {pairs} alternating pairs. Below 1 auto is faster. What comes to the same as auto is not measured again.
-"{STRIPPED}" is the least that a person would write for a scene that needs none of the parts. All gave the same bits.
-"""
-    facts = [f"- {what}: {fact}" for what, fact in machine.facts().items()]
-    return "\n".join([said, *facts, f"- met: {met} of {len(ratios)}\n", table(heads, rows)])
+    found = []
+    for mode, parts in _modes_to_compare(case):
+        found.append(compared(case, mode, parts, pairs))
+        print(needs_page.line(found[-1]), flush=True)
+    return found
 
 
 def sweep(pairs: int) -> None:
@@ -167,7 +162,7 @@ def sweep(pairs: int) -> None:
         found = compared(point.case, "kept", {point.part: True}, pairs, {point.part: False})
         where = f"{point.part}: {point.what}"
         print(
-            f"{where:<48} {found.milliseconds:8.2f} ms, left out over kept {found.middle:.3f}"
+            f"{where:<48} {found.auto:8.2f} ms, left out over kept {found.middle:.3f}"
             f"  [{found.lower:.3f}, {found.upper:.3f}]",
             flush=True,
         )
@@ -181,33 +176,37 @@ def main() -> int:
     parser.add_argument("--pairs", type=int, default=PAIRS, help=f"alternating pairs a row ({PAIRS})")
     parser.add_argument("--size", type=int, default=SIZE, help=f"triangles of the larger scenes ({SIZE:,})")
     parser.add_argument("--scene", action="append", choices=SCENES, help="only this one, printed; may be repeated")
+    parser.add_argument("--instructions", action="store_true", help="count instructions instead of time")
+    parser.add_argument("--counted", action="store_true", help=argparse.SUPPRESS)
     parser.add_argument("--sweep", action="store_true", help="where the thresholds lie, printed")
     arguments = parser.parse_args()
+    if arguments.counted:
+        counted(arguments.scene or SCENES)
+        return 0
     if arguments.sweep:
         sweep(arguments.pairs)
         return 0
-    ratios: list[Ratio] = []
+    names = arguments.scene or list(SCENES)
     faults: list[str] = []
-    for name in arguments.scene or SCENES:
-        case = SCENES[name](QUICK_SIZE if arguments.quick else arguments.size)
-        faults += differing(case)
-        if arguments.quick or faults:
-            continue
-        for ratio in measured(case, arguments.pairs):
-            ratios.append(ratio)
-            print(
-                f"{ratio.scene:<9} {ratio.mode:<34} {ratio.milliseconds:8.2f} ms  {ratio.middle:.3f}"
-                f"  [{ratio.lower:.3f}, {ratio.upper:.3f}]  {verdict(ratio)}",
-                flush=True,
-            )
-    for fault in faults:
-        print(fault)
-    if not faults and not arguments.quick and not arguments.scene:
-        sections.refresh(PAGE, sections.NEEDS, section(ratios, arguments.pairs))
+    for name in names:
+        faults += differing(SCENES[name](QUICK_SIZE if arguments.quick else arguments.size))
+    if faults:
+        print("\n".join(faults))
+        return 1
+    print("the same bits in every mode")
+    if arguments.quick:
+        return 0
+    if arguments.instructions:
+        ratios = instructions(names)
+        print("\n".join(map(needs_page.line, ratios)))
+        title, text = sections.NEEDS_COUNTED, needs_page.counted_section(ratios)
+    else:
+        ratios = [ratio for name in names for ratio in measured(SCENES[name](arguments.size), arguments.pairs)]
+        title, text = sections.NEEDS, needs_page.timed_section(ratios, arguments.pairs)
+    if not arguments.scene:
+        sections.refresh(PAGE, title, text)
         print(PAGE)
-    if not faults:
-        print("the same bits in every mode")
-    return 1 if faults else 0
+    return 0
 
 
 if __name__ == "__main__":

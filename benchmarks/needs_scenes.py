@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,9 @@ from addon.pipeline.settings import Settings
 from addon.report.scenes import city, soup, terrain
 from addon.report.shapes import Shape, box, sphere
 
+LARGE = (320, 240)
+"""Of most pictures."""
+
 
 @dataclass(frozen=True)
 class Case:
@@ -22,6 +25,13 @@ class Case:
 
     scene: SceneData
     settings: Settings
+
+    def smaller(self, factor: int) -> Case:
+        """The same in a picture of so many times fewer pixels a side."""
+        view = self.scene.camera
+        assert view is not None
+        camera = replace(view, width=max(1, view.width // factor), height=max(1, view.height // factor))
+        return replace(self, scene=replace(self.scene, camera=camera))
 
 
 def mesh_of(name: str, part: Shape) -> Mesh:
@@ -61,20 +71,20 @@ def cube(size: int) -> Case:
 
 def ball(size: int) -> Case:
     """Needs none of the parts but its picture: one still object and no light."""
-    return Case(framed(mesh_of("ball", sphere(5)), (320, 240)), Settings(passes=("combined",)))
+    return Case(framed(mesh_of("ball", sphere(5)), LARGE), Settings(passes=("combined",)))
 
 
 def land(size: int) -> Case:
     """A landscape, a sun, and every pass but the cost."""
     passes = ("combined", "depth", "normal", "position", "triangle")
     mesh = mesh_of("land", terrain(size).mesh)
-    return Case(framed(mesh, (320, 240), _lights((SUN, (1, -2, 1), 3))), Settings(passes=passes))
+    return Case(framed(mesh, LARGE, _lights((SUN, (1, -2, 1), 3))), Settings(passes=passes))
 
 
 def dust(size: int) -> Case:
     """A soup of triangles, of which the depth alone is wanted."""
     return Case(
-        framed(mesh_of("dust", soup(size).mesh), (320, 240), _lights((SUN, (1, 1, -1), 3))), Settings(passes=("depth",))
+        framed(mesh_of("dust", soup(size).mesh), LARGE, _lights((SUN, (1, 1, -1), 3))), Settings(passes=("depth",))
     )
 
 
@@ -83,21 +93,21 @@ def night(size: int) -> Case:
     mesh = mesh_of("night", city(size).mesh)
     side = float(mesh.vertices.max())
     lamps = _lights((POINT, (0, side, 0), 0), (POINT, (0, side, -side), 40 * side * side), (SUN, (0, -1, 0), 0))
-    return Case(framed(mesh, (320, 240), lamps), Settings(passes=("combined",)))
+    return Case(framed(mesh, LARGE, lamps), Settings(passes=("combined",)))
 
 
 def double(size: int) -> Case:
     """Double precision that single precision would hold."""
     mesh = terrain(size // 2).mesh
     wide = Mesh("double", mesh.vertices.astype(np.float64), mesh.triangles.view(np.int32))
-    return Case(framed(wide, (320, 240)), Settings(passes=("combined", "normal")))
+    return Case(framed(wide, LARGE), Settings(passes=("combined", "normal")))
 
 
 def far(size: int) -> Case:
     """The same far away, where it would not."""
     mesh = terrain(size // 2).mesh
     away = mesh.vertices + np.array([1e6, 2e6, 3e6]) / 3
-    return Case(framed(Mesh("far", away, mesh.triangles.view(np.int32)), (320, 240)), Settings(passes=("combined",)))
+    return Case(framed(Mesh("far", away, mesh.triangles.view(np.int32)), LARGE), Settings(passes=("combined",)))
 
 
 def stage(size: int) -> Case:
@@ -109,7 +119,7 @@ def stage(size: int) -> Case:
     matrices = np.tile(np.eye(4), (count, 1, 1))
     matrices[:, :3, 3] = np.stack([out * np.cos(turn), out * np.sin(turn), np.zeros(count)], axis=1)
     eye, target, up = np.zeros(3), np.array([0.0, 1, 0]), np.array([0, 0, 1.0])
-    view = perspective_view(eye, target, up, 320, 240, field_of_view=0.7, near=0.1, far=100.0)
+    view = perspective_view(eye, target, up, *LARGE, field_of_view=0.7, near=0.1, far=100.0)
     lights = _lights((SUN, (0.4, 1, -0.2), 3))
     rows = np.zeros(count, np.int32)
     return Case(
@@ -122,7 +132,7 @@ def close(size: int) -> Case:
     """A few metres of a landscape of ten times the size."""
     mesh = mesh_of("close", terrain(10 * size).mesh)
     eye, target, up = np.array([5.0, 1.2, 5]), np.array([5.4, 0.6, 5.5]), np.array([0, 1.0, 0])
-    view: CameraView = perspective_view(eye, target, up, 320, 240, field_of_view=0.6, near=0.01, far=2.0)
+    view: CameraView = perspective_view(eye, target, up, *LARGE, field_of_view=0.6, near=0.01, far=2.0)
     return Case(SceneData.of_mesh(mesh, view), Settings(passes=("combined",)))
 
 

@@ -49,7 +49,7 @@ def write(store: Store, page: Path = PAGE, images: Path = IMAGES) -> None:
         _others(results),
         "## How it is measured\n",
         METHOD.read_text(),
-        *filter(None, (sections.read(page, title) for title in (sections.NEEDS, sections.TABLES))),
+        *filter(None, (sections.read(page, title) for title in sections.TITLES)),
     ]
     page.write_text("\n".join(parts))
 

@@ -6,7 +6,9 @@ import re
 from pathlib import Path
 
 NEEDS = "What a scene does not need"
+NEEDS_COUNTED = "What a scene does not need, by instructions"
 TABLES = "The slides' tables, on today's machine"
+TITLES = (TABLES, NEEDS, NEEDS_COUNTED)
 
 
 def read(page: Path, title: str) -> str:
