@@ -54,10 +54,10 @@ def section(found: list[list[str]]) -> str:
     said = paragraph(
         "Frame rate is that with the bucket sort, in per cent of that without. Ours sorts by the cells of the",
         "construction itself, so both make one tree, to the bit: what differs from 100 % is noise of the clock.",
-        "As published, objects are put into a grid of the box over the average object size times a factor (here such",
-        "that it has as many cells as there are objects), and the boxes of its buckets are sorted in the objects' place,",
+        "As published, objects are put into a grid of the box over the average object size times a factor (here one",
+        "that makes as many cells as there are objects), and the boxes of its buckets are sorted in the objects' place,",
         "which makes another tree. That row is a construction of the benchmarks, of one object a leaf and the slides'",
-        "12-byte nodes, both without and with that sort; `make tables` alone has it. The last column is published: in place, bucket sort,",
-        "frame rate.",
+        "12-byte nodes, both without and with that sort; `make tables` alone has it.",
+        "The last column is published: in place, bucket sort, frame rate.",
     )
     return "\n".join(["### Bucket sort\n", said, table([*heads, "as published, ms"], found)])
