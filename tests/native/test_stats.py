@@ -6,7 +6,7 @@ from bihtree import Tree
 
 from tests import meshes
 from tests.rays import around
-from tests.variants import every_tree
+from tests.variants import every_kd_tree, every_tree, every_tree_of_one_reference
 
 MESHES = {
     "terrain": meshes.terrain(60),
@@ -17,7 +17,7 @@ MESHES = {
 }
 
 
-@every_tree
+@every_tree_of_one_reference
 @pytest.mark.parametrize("name", MESHES)
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 def test_bytes_are_those_of_the_records_and_four_a_reference_within_the_bound(variant, name, dtype):
@@ -41,6 +41,16 @@ def test_bytes_are_those_of_the_records_and_four_a_reference_within_the_bound(va
     assert stats.build_seconds > 0
 
 
+@every_kd_tree
+@pytest.mark.parametrize("name", MESHES)
+def test_bytes_of_a_kd_tree_are_not_known_before(variant, name):
+    stats = variant.tree(*MESHES[name]).stats
+    assert stats.tree_bytes == 8 * stats.nodes + 4 * (stats.references + stats.rejected)
+    assert stats.bound_bytes == 0
+    assert stats.nodes == 2 * stats.leaves - 1
+    assert stats.peak_build_bytes >= stats.tree_bytes
+
+
 @pytest.mark.parametrize("layout", ["wide", "compact", "classic"])
 def test_the_bound_does_not_depend_on_the_shape(layout):
     bounds = {
@@ -61,8 +71,7 @@ def test_names_and_counts(variant):
     mesh = MESHES["terrain"]
     stats = variant.tree(*mesh).stats
     names = (stats.structure, stats.layout, stats.build, stats.heuristic, stats.precision)
-    layout, heuristic = variant.options.get("layout", "wide"), variant.options.get("heuristic", "global")
-    assert names == ("bih", layout, "eager", heuristic, "watertight")
+    assert names == (variant.structure, variant.layout, "eager", variant.heuristic, "watertight")
     assert (stats.triangles, stats.rejected, stats.unbuilt) == (len(mesh.triangles), 0, 0)
     assert stats.presorted == variant.options.get("presort", False)
     assert ("presort" in stats.left_out) != stats.presorted

@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use bih_core::build::Structure::{Bih, Bvh, KdTree};
 use rayon::ThreadPool;
 
 use crate::bih::BihSide;
@@ -46,6 +47,8 @@ pub enum Call {
     Batch,
     /// One ray at a time.
     Single,
+    /// 2 x 2 rays of ours together.
+    TwoByTwo,
     /// Packets of so many rays.
     Packet(usize),
     /// Packets that the side is told to be coherent.
@@ -57,6 +60,7 @@ impl Call {
         Some(match name {
             "batch" => Self::Batch,
             "1" => Self::Single,
+            "2x2" => Self::TwoByTwo,
             "8" => Self::Packet(8),
             "16" => Self::Packet(16),
             "8c" => Self::Coherent(8),
@@ -102,18 +106,20 @@ pub fn is_known(name: &str) -> bool {
 }
 
 impl<'a> Side<'a> {
-    /// By its name, such as bih/wide, embree/medium/robust or obvhs/bvh2/fastest.
+    /// By its name, such as bih/wide, bvh, kd_tree, embree/medium/robust or obvhs/bvh2/fastest.
     pub fn parse(name: &str, device: Option<&'a Device>) -> Result<Self, String> {
         let mut parts = name.split('/');
         let peer = parts.next().unwrap_or_default();
         let options: Vec<_> = parts.collect();
         match (peer, device) {
-            ("bih", _) => BihSide::parse(&options).map(Self::Bih),
+            ("bih", _) => BihSide::parse(Bih, &options).map(Self::Bih),
+            ("bvh", _) => BihSide::parse(Bvh, &options).map(Self::Bih),
+            ("kd_tree", _) => BihSide::parse(KdTree, &options).map(Self::Bih),
             ("embree", Some(device)) => EmbreeSide::parse(&options, device).map(Self::Embree),
             ("embree", None) => Err("no --embree-libs".to_owned()),
             ("obvhs", _) => ObvhsSide::parse(&options).map(Self::Obvhs),
             ("slides", _) => SlidesSide::parse(&options).map(Self::Slides),
-            _ => Err("neither bih, embree, obvhs nor slides".to_owned()),
+            _ => Err("neither bih, bvh, kd_tree, embree, obvhs nor slides".to_owned()),
         }
         .map_err(|reason| format!("{name}: {reason}"))
     }

@@ -8,6 +8,7 @@ mod extent;
 mod frame;
 mod global;
 mod grid;
+mod kd_tree;
 mod keys;
 mod leaves;
 mod local;
@@ -16,6 +17,7 @@ mod presort;
 mod reference;
 mod sah;
 mod source;
+mod structure;
 mod treelet;
 mod wide;
 
@@ -27,6 +29,7 @@ use self::construction::Construction;
 use self::extent::Extent;
 use self::leaves::Places;
 pub use self::options::{BuildOptions, DEFAULT_LEAF_SIZE, DEFAULT_WIDE_LEAF_SIZE, Heuristic, Layout, Precision};
+pub use self::structure::Structure;
 use self::wide::WideRecords;
 use crate::control::Control;
 use crate::error::Error;
@@ -37,6 +40,15 @@ use crate::tree::{Node, Records, Stats, Tree, Wide};
 
 /// Build the whole tree.
 pub fn build(triangles: &Triangles, options: &BuildOptions, control: &Control) -> Result<Tree, Error> {
+    options.check()?;
+    match options.structure {
+        Structure::KdTree => kd_tree::build(triangles, options, control),
+        Structure::Bih | Structure::Bvh => build_in_frame(triangles, options, control),
+    }
+}
+
+/// Build a tree that refers to each triangle once, in any layout.
+pub(crate) fn build_in_frame(triangles: &Triangles, options: &BuildOptions, control: &Control) -> Result<Tree, Error> {
     let limit = options.layout.limit();
     if triangles.len() > limit {
         return Err(Error::TooManyTriangles { triangles: triangles.len(), limit });
@@ -62,7 +74,12 @@ pub fn build(triangles: &Triangles, options: &BuildOptions, control: &Control) -
     let bytes_held = size_of_val(references) + 2 * size_of_val(rejected) + size_of_val(&rows[..]);
     let places = Places { order: references, rows: &mut rows };
 
-    let mut stats = Stats { triangles: triangles.len(), rejected: rejected.len(), ..Default::default() };
+    let mut stats = Stats {
+        triangles: triangles.len(),
+        references: accepted.len(),
+        rejected: rejected.len(),
+        ..Default::default()
+    };
     let (mut nodes, mut wide) = (Vec::new(), None);
     match options.layout {
         Layout::Classic => {
@@ -94,9 +111,11 @@ pub fn build(triangles: &Triangles, options: &BuildOptions, control: &Control) -
     Ok(Tree {
         nodes,
         wide,
+        kd_tree: None,
         order,
         rejected: extent.rejected.len(),
         bounds: extent.bounds(),
+        structure: options.structure,
         precision: options.precision,
         heuristic: options.heuristic,
         leaf_size: options.largest_leaf(),

@@ -12,15 +12,24 @@ use crate::tree::{MAX_SPATIAL_DEPTH, WIDTH};
 /// Bins an axis.
 const BINS: usize = 16;
 
-/// Ranges below this many have half as many bins; below the second number, on their longest axis alone.
+/// Ranges below this many have half as many bins.
 const FEW: usize = 64;
-const FEWER: usize = 16;
-
-/// Of longer ranges about as many as this, evenly spread, stand for all.
-const SAMPLE: usize = 256;
 
 /// Splits ranges of references.
-pub struct Sah;
+pub struct Sah {
+    /// Of ranges below this many only the longest axis is looked at.
+    fewer: usize,
+    /// Of longer ranges about as many as this, evenly spread, stand for all.
+    sample: usize,
+}
+
+impl Sah {
+    /// Nearly as good: docs/decisions/heuristics.md.
+    pub const QUICK: Self = Self { fewer: 16, sample: 256 };
+
+    /// Every reference, every axis: docs/decisions/bvh.md.
+    pub const THOROUGH: Self = Self { fewer: 0, sample: usize::MAX };
+}
 
 impl Split for Sah {
     type Item = Reference;
@@ -39,10 +48,10 @@ impl Split for Sah {
         if depth >= MAX_SPATIAL_DEPTH {
             return by_median(references);
         }
-        let stride = references.len().div_ceil(SAMPLE);
+        let stride = references.len().div_ceil(self.sample);
         let centres = Centres::of(references, stride);
         let grid = BinGrid::new(&centres, if references.len() < FEW { BINS / 2 } else { BINS });
-        let best = if references.len() < FEWER {
+        let best = if references.len() < self.fewer {
             let longest = centres.longest_axis();
             best_plane::<L>(references, stride, &grid, longest..longest + 1)
         } else {

@@ -2,11 +2,11 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use super::{Kind, Tree, Visit};
-use crate::build::{BuildOptions, Layout, build};
+use super::{Kind, Tree, Visit, Visitor};
+use crate::build::{BuildOptions, Layout, Structure, build_in_frame};
 use crate::control::Control;
 use crate::error::Error;
-use crate::geometry::Triangles;
+use crate::geometry::{Bounds, Triangles};
 
 /// One row, packed as the structured array that Python sees.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
@@ -18,7 +18,7 @@ pub struct NodeRow {
     pub depth: i32,
     /// 0 inner, 1 leaf, 2 not yet subdivided.
     pub kind: u8,
-    /// 0 x, 1 y, 2 z; -1 where not inner.
+    /// 0 x, 1 y, 2 z; -1 where not inner, and in a bounding volume hierarchy.
     pub axis: i8,
     /// Upper plane of the left child and lower plane of the right child; NaN where not inner.
     pub clip: [f32; 2],
@@ -42,20 +42,51 @@ pub fn node_table(
     limit: usize,
     control: &Control,
 ) -> Result<Vec<NodeRow>, Error> {
+    if let Some(kd_tree) = &tree.kd_tree {
+        return Ok(Visitor::new(kd_tree, max_depth).take(limit).map(row).collect());
+    }
     let built;
     let binary = if tree.wide.is_none() {
         tree
     } else {
         let options = BuildOptions {
+            structure: tree.structure,
             layout: Layout::Classic,
             heuristic: tree.heuristic,
             leaf_size: Some(tree.leaf_size),
             ..Default::default()
         };
-        built = build(triangles, &options, control)?;
+        built = build_in_frame(triangles, &options, control)?;
         &built
     };
-    Ok(binary.visit(max_depth).take(limit).map(row).collect())
+    let visits = binary.visit(max_depth).take(limit);
+    if tree.structure == Structure::Bvh {
+        let boxes = boxes(binary, triangles);
+        return Ok(visits.map(|visit| boxed_row(visit, &boxes)).collect());
+    }
+    Ok(visits.map(row).collect())
+}
+
+/// The box of what lies below each node.
+fn boxes(tree: &Tree, triangles: &Triangles) -> Vec<Bounds> {
+    let mut boxes = vec![Bounds::EMPTY; tree.nodes.len()];
+    for (node, record) in tree.nodes.iter().enumerate().rev() {
+        boxes[node] = match record.kind() {
+            Kind::Inner { left, .. } => boxes[left].union(&boxes[left + 1]),
+            Kind::Leaf { first, count } => {
+                let rows = tree.order[first..first + count].iter();
+                rows.map(|&row| Bounds::of_triangle(&triangles.corners(row)))
+                    .fold(Bounds::EMPTY, |all, bounds| all.union(&bounds))
+            }
+        };
+    }
+    boxes
+}
+
+/// A node of a bounding volume hierarchy has a box of its own and no plane.
+fn boxed_row(visit: Visit, boxes: &[Bounds]) -> NodeRow {
+    let Bounds { lower, upper } = boxes[visit.node];
+    NodeRow { axis: -1, clip: [f32::NAN; 2], lower, upper, ..row(visit) }
 }
 
 fn row(visit: Visit) -> NodeRow {

@@ -2,13 +2,13 @@
 
 use std::collections::VecDeque;
 
-use super::{Kind, Tree};
+use super::{BinaryTree, Kind, Tree};
 use crate::geometry::Bounds;
 
 /// One node as the visitor meets it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Visit {
-    /// Index of the node in `Tree::nodes`.
+    /// Index of the node in the tree.
     pub node: usize,
     /// How manyeth visit the parent was; none for the root.
     pub parent: Option<usize>,
@@ -26,8 +26,8 @@ pub struct Visit {
 
 /// Breadth-first iterator over the nodes down to a depth.
 #[derive(Debug)]
-pub struct Visitor<'a> {
-    tree: &'a Tree,
+pub struct Visitor<'a, T = Tree> {
+    tree: &'a T,
     max_depth: u32,
     visited: usize,
     queue: VecDeque<(usize, Option<usize>, u32, Bounds)>,
@@ -36,14 +36,21 @@ pub struct Visitor<'a> {
 impl Tree {
     /// Visit the nodes breadth first, the left child before the right one.
     pub fn visit(&self, max_depth: u32) -> Visitor<'_> {
-        let root = (!self.nodes.is_empty()).then_some((0, None, 0, self.bounds));
-        Visitor { tree: self, max_depth, visited: 0, queue: root.into_iter().collect() }
+        Visitor::new(self, max_depth)
+    }
+}
+
+impl<'a, T: BinaryTree> Visitor<'a, T> {
+    /// Of the nodes at most so deep.
+    pub fn new(tree: &'a T, max_depth: u32) -> Self {
+        let root = (!tree.is_empty()).then_some((0, None, 0, *tree.bounds()));
+        Self { tree, max_depth, visited: 0, queue: root.into_iter().collect() }
     }
 
     /// The outermost leaf below `node`: its first and last reference on that side.
     fn outermost_leaf(&self, mut node: usize, right: usize) -> (usize, usize) {
         loop {
-            match self.nodes[node].kind() {
+            match self.tree.kind(node) {
                 Kind::Inner { left, .. } => node = left + right,
                 Kind::Leaf { first, count } => return (first, first + count),
             }
@@ -51,12 +58,12 @@ impl Tree {
     }
 }
 
-impl Iterator for Visitor<'_> {
+impl<T: BinaryTree> Iterator for Visitor<'_, T> {
     type Item = Visit;
 
     fn next(&mut self) -> Option<Visit> {
         let (node, parent, depth, bounds) = self.queue.pop_front()?;
-        let kind = self.tree.nodes[node].kind();
+        let kind = self.tree.kind(node);
         let row = self.visited;
         self.visited += 1;
         if let Kind::Inner { axis, left, clip } = kind
@@ -68,8 +75,8 @@ impl Iterator for Visitor<'_> {
             self.queue.push_back((left, Some(row), depth + 1, lower_part));
             self.queue.push_back((left + 1, Some(row), depth + 1, upper_part));
         }
-        let (first, _) = self.tree.outermost_leaf(node, 0);
-        let (_, end) = self.tree.outermost_leaf(node, 1);
+        let (first, _) = self.outermost_leaf(node, 0);
+        let (_, end) = self.outermost_leaf(node, 1);
         Some(Visit { node, parent, depth, bounds, kind, first, count: end - first })
     }
 }
