@@ -32,7 +32,7 @@ from .needs_scenes import SCENES, Case
 from .page import PAGE
 
 SIZE, QUICK_SIZE, COUNTED_SIZE = 200_000, 3_000, 20_000
-SHRUNK = 4
+SHRUNK = 2
 """Times that a picture has fewer pixels a side where instructions are counted."""
 PAIRS = 21
 STRIPPED_SCENE = "ball"

@@ -102,7 +102,9 @@ def plan(scene: SceneData, settings: Settings, wanted: Collection[str], *, tree_
     is_double = is_kept("double precision", _double(shown, settings))
     flatten["dtype"] = None if settings.precision == "fast" else np.float64 if is_double else np.float32
     tree: dict[str, Any] = {}
-    if settings.structure == "bih":
+    if settings.structure != "bih":
+        parts += [Part(name, False, f"a {settings.structure} has none") for name in ("bucket sort", "on demand")]
+    else:
         tree["presort"] = is_kept("bucket sort", _sort(count))
         if not on_demand:
             parts.append(Part("on demand", False, "not in this version"))

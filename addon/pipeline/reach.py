@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .camera import CameraView
+from .mesh import bounds_of
 from .scene import SUN, SceneData
 
 MARGIN = 2.0**-16
@@ -32,7 +34,7 @@ def unreached(scene: SceneData, *, shadows: bool) -> NDArray[np.bool_]:
     frustum = _frustum(scene.camera)
     if not np.isfinite(frustum).all():
         return none
-    boxes = np.stack([_corners(scene, row) for row in range(len(none))]) if len(none) else np.zeros((0, 8, 3))
+    boxes = _boxes(scene)
     if not np.isfinite(boxes).all():
         return none
     kinds = [Rays(frustum)]
@@ -60,17 +62,22 @@ def _frustum(view: CameraView) -> NDArray[np.float64]:
     return corners if (world[:, 3] > 0).all() or (world[:, 3] < 0).all() else np.full((8, 3), np.inf)
 
 
-def _corners(scene: SceneData, instance: int) -> NDArray[np.float64]:
-    """(8, 3) corners of an instance's box in its own space, moved to the world."""
-    vertices = scene.meshes[scene.instance_mesh[instance]].vertices
+def _boxes(scene: SceneData) -> NDArray[np.float64]:
+    """(M, 8, 3) corners of each instance's box in its own space, moved to the world."""
+    corners = {row: _corners(scene.meshes[row].vertices) for row in np.unique(scene.instance_mesh)}
+    moved = np.empty((len(scene.instance_mesh), 8, 3))
+    with np.errstate(over="ignore", invalid="ignore"):
+        for box, row, matrix in zip(moved, scene.instance_mesh, scene.instance_matrix, strict=True):
+            box[:] = corners[row] @ matrix[:3, :3].T + matrix[:3, 3]
+    return moved
+
+
+def _corners(vertices: NDArray[np.floating[Any]]) -> NDArray[np.float64]:
+    """(8, 3) of their box."""
     if not len(vertices):
         return np.zeros((8, 3))
-    ends = np.stack([vertices.min(axis=0), vertices.max(axis=0)]).astype(np.float64)
-    corners = np.stack([grid.ravel() for grid in np.meshgrid(*ends.T)], axis=1)
-    matrix = scene.instance_matrix[instance]
-    with np.errstate(over="ignore", invalid="ignore"):
-        moved: NDArray[np.float64] = corners @ matrix[:3, :3].T + matrix[:3, 3]
-    return moved
+    ends = bounds_of(vertices).astype(np.float64)
+    return np.stack([grid.ravel() for grid in np.meshgrid(*ends.T)], axis=1)
 
 
 def _axes(frustum: NDArray[np.float64]) -> NDArray[np.float64]:
