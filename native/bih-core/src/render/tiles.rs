@@ -140,9 +140,10 @@ impl TileRender<'_> {
             }
             tracer.closest(&rays[..len], Way::Packets, stack, &mut hits[..len]);
             found.len = 0;
+            let has_normals = options.wanted.combined || options.wanted.normal;
             for (i, (ray, hit)) in rays.iter().zip(&hits).enumerate().take(len) {
                 if let Some(hit) = hit {
-                    found.push(i, &surface(tracer, ray, hit), &ray.direction);
+                    found.push(i, &surface(tracer, ray, hit, has_normals), &ray.direction);
                 }
             }
             if sample == 0 {
@@ -233,17 +234,22 @@ impl Found {
     }
 }
 
-/// What a ray hits.
-fn surface(tracer: &Tracer, ray: &Ray, hit: &Hit) -> Surface {
+/// What a ray hits; without the normal where nothing needs it.
+fn surface(tracer: &Tracer, ray: &Ray, hit: &Hit, has_normal: bool) -> Surface {
     let corners = tracer.triangles.corners(hit.triangle);
-    let [a, b, c] = &corners;
-    let normal = normal(&subtract(b, a), &subtract(c, a));
-    let away = dot(&normal, &ray.direction) > 0.0;
+    let normal = if has_normal { facing(&corners, ray) } else { [0.0; 3] };
     let (position, error) = match tracer.tree.precision() {
         Precision::Watertight => along(ray, hit),
         Precision::Fast => within(&corners, hit),
     };
-    Surface { error, position, normal: if away { normal.map(|x| -x) } else { normal } }
+    Surface { error, position, normal }
+}
+
+/// The unit normal of a triangle on the side that a ray comes from.
+fn facing([a, b, c]: &Corners, ray: &Ray) -> Vector {
+    let normal = normal(&subtract(b, a), &subtract(c, a));
+    let away = dot(&normal, &ray.direction) > 0.0;
+    if away { normal.map(|x| -x) } else { normal }
 }
 
 /// Where a ray is at a hit, and how far that can be from the triangle.
