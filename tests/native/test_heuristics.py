@@ -68,7 +68,7 @@ def test_sah_takes_the_cheapest_plane_between_bins(name, structure):
     is_bvh = structure == "bvh"
     for _, lower, upper in splits(MESHES[name], heuristic="sah", structure=structure):
         both = np.concatenate([lower, upper])
-        if len(both) > 1024 and not is_bvh:
+        if len(both) > 256 and not is_bvh:
             continue  # a sample stands for all
         least, side = centres[both].min(axis=0), np.ptp(centres[both], axis=0)
         bins = 8 if len(both) < 64 else 16

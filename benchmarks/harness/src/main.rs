@@ -16,6 +16,7 @@ mod rays;
 mod rounds;
 mod runs;
 mod side;
+mod slides;
 mod vector;
 
 use std::process::ExitCode;

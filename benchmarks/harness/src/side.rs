@@ -10,6 +10,7 @@ use crate::embree::{self, Device, EmbreeSide, Packet};
 use crate::mesh::Mesh;
 use crate::obvhs::ObvhsSide;
 use crate::rays::{Found, Kind, Ray};
+use crate::slides::SlidesSide;
 
 /// The rays in every form that a side takes them in, made beforehand.
 pub struct RaySet {
@@ -92,6 +93,7 @@ pub enum Side<'a> {
     Bih(BihSide),
     Embree(EmbreeSide<'a>),
     Obvhs(ObvhsSide),
+    Slides(SlidesSide),
 }
 
 /// Whether there is a side of that name.
@@ -116,7 +118,8 @@ impl<'a> Side<'a> {
             ("embree", Some(device)) => EmbreeSide::parse(&options, device).map(Self::Embree),
             ("embree", None) => Err("no --embree-libs".to_owned()),
             ("obvhs", _) => ObvhsSide::parse(&options).map(Self::Obvhs),
-            _ => Err("neither bih, bvh, kd_tree, embree nor obvhs".to_owned()),
+            ("slides", _) => SlidesSide::parse(&options).map(Self::Slides),
+            _ => Err("neither bih, bvh, kd_tree, embree, obvhs nor slides".to_owned()),
         }
         .map_err(|reason| format!("{name}: {reason}"))
     }
@@ -129,6 +132,7 @@ impl<'a> Side<'a> {
             Self::Bih(side) => Box::new(pool.install(|| side.build(mesh))),
             Self::Embree(side) => Box::new(side.build(mesh)),
             Self::Obvhs(side) => Box::new(pool.install(|| side.build(mesh))),
+            Self::Slides(side) => Box::new(side.build(mesh)),
         };
         (start.elapsed().as_secs_f64(), built)
     }

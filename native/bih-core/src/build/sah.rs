@@ -5,6 +5,7 @@ use std::ops::Range;
 use super::frame::{Cut, Split};
 use super::local::{Centres, by_median, halve, partition};
 use super::reference::Reference;
+use super::source::{least, most};
 use crate::simd::Lanes;
 use crate::tree::{MAX_SPATIAL_DEPTH, WIDTH};
 
@@ -24,7 +25,7 @@ pub struct Sah {
 
 impl Sah {
     /// Nearly as good: docs/decisions/heuristics.md.
-    pub const QUICK: Self = Self { fewer: 16, sample: 1024 };
+    pub const QUICK: Self = Self { fewer: 16, sample: 256 };
 
     /// Every reference, every axis: docs/decisions/bvh.md.
     pub const THOROUGH: Self = Self { fewer: 0, sample: usize::MAX };
@@ -50,9 +51,14 @@ impl Split for Sah {
         let stride = references.len().div_ceil(self.sample);
         let centres = Centres::of(references, stride);
         let grid = BinGrid::new(&centres, if references.len() < FEW { BINS / 2 } else { BINS });
-        let axes = if references.len() < self.fewer { longest(&centres) } else { 0..3 };
-        if let Some((axis, plane)) = best_plane::<L>(references, stride, &grid, axes) {
-            let count = partition(references, |reference| grid.bin(reference, axis) < plane);
+        let best = if references.len() < self.fewer {
+            let longest = centres.longest_axis();
+            best_plane::<L>(references, stride, &grid, longest..longest + 1)
+        } else {
+            best_plane::<L>(references, stride, &grid, 0..3)
+        };
+        if let Some((axis, plane)) = best {
+            let count = partition(references, |reference| grid.place(reference.half_centre()[axis], axis) < plane);
             return Cut::along(axis, count);
         }
         let centres = if stride == 1 { centres } else { Centres::of(references, 1) };
@@ -60,23 +66,16 @@ impl Split for Sah {
     }
 }
 
-/// The longest axis alone.
-#[inline(always)]
-fn longest(centres: &Centres) -> Range<usize> {
-    let axis = centres.longest_axis();
-    axis..axis + 1
-}
+/// From this number up there are whole ones alone, and the last bits are theirs: no conversion, which costs more.
+const FIRST_BIN: f32 = (1 << 23) as f32;
 
 /// Equal bins over the bounds of the centres.
 struct BinGrid {
     lower: [f32; 4],
     scale: [f32; 4],
     count: usize,
+    last_bin: f32,
 }
-
-/// From here on single precision has whole numbers alone: a sum is rounded to one, which its last bits hold.
-const WHOLE: f32 = (1 << 23) as f32;
-const WHOLE_BITS: i32 = WHOLE.to_bits() as i32;
 
 impl BinGrid {
     #[inline(always)]
@@ -87,27 +86,28 @@ impl BinGrid {
             let side = centres.upper[axis] - centres.lower[axis];
             if side > 0.0 { bins / side } else { 0.0 }
         });
-        Self { lower: centres.lower, scale, count }
+        Self { lower: centres.lower, scale, count, last_bin: FIRST_BIN + (count - 1) as f32 }
     }
 
-    /// Centres beyond the ends fall into the outermost bins.
+    /// The bin of half a centre along an axis, added to `FIRST_BIN`; centres may lie beyond the ends.
     #[inline(always)]
-    fn bin(&self, reference: &Reference, axis: usize) -> usize {
-        // Rounded to nearest half a bin lower is rounded down. Bits of positive numbers are in their order, those of
-        // negative ones below them: neither a conversion nor a branch.
-        let place = (reference.half_centre()[axis] - self.lower[axis]) * self.scale[axis] + (WHOLE - 0.5);
-        let last = WHOLE_BITS + self.count as i32 - 1;
-        (place.to_bits() as i32).max(WHOLE_BITS).min(last) as usize & (BINS - 1)
+    fn place(&self, half_centre: f32, axis: usize) -> f32 {
+        // Half a bin less, because the sum is rounded to the nearest one.
+        (half_centre - self.lower[axis]) * self.scale[axis] - 0.5 + FIRST_BIN
     }
 
-    /// The bins on all axes at once.
+    /// The bins along each axis, and one that means nothing. Centres beyond the ends fall into the outermost bins.
     #[inline(always)]
-    fn bins(&self, reference: &Reference) -> [usize; 4] {
-        std::array::from_fn(|axis| self.bin(reference, axis))
+    fn bins(&self, reference: &Reference) -> [u32; 4] {
+        let half_centre = reference.half_centre();
+        std::array::from_fn(|axis| {
+            let place = most(self.place(half_centre[axis], axis), FIRST_BIN);
+            least(place, self.last_bin).to_bits() & (BINS as u32 - 1)
+        })
     }
 }
 
-/// The axis and the first bin of the upper part. None where no plane has a cost that can be
+/// The axis and the place of the first bin of the upper part. None where no plane has a cost that can be
 /// compared.
 #[inline(always)]
 fn best_plane<L: Lanes>(
@@ -115,13 +115,14 @@ fn best_plane<L: Lanes>(
     stride: usize,
     grid: &BinGrid,
     axes: Range<usize>,
-) -> Option<(usize, usize)> {
+) -> Option<(usize, f32)> {
     let mut boxes = [[L::splat(f32::NEG_INFINITY); BINS]; 3];
     let mut counts = [[0u32; BINS]; 3];
     for reference in references.iter().step_by(stride) {
         let lanes = reference.lanes::<L>();
-        // All axes, whether they are looked at or not.
-        for (axis, bin) in grid.bins(reference).into_iter().enumerate().take(3) {
+        let bins = grid.bins(reference);
+        for axis in axes.clone() {
+            let bin = bins[axis] as usize;
             boxes[axis][bin] = boxes[axis][bin].maximum(lanes);
             counts[axis][bin] += 1;
         }
@@ -148,7 +149,7 @@ fn best_plane<L: Lanes>(
             let sum = cost(part, count) + upper_costs[bin];
             if sum < best && 0 < count && count < total {
                 best = sum;
-                plane = Some((axis, bin));
+                plane = Some((axis, FIRST_BIN + bin as f32));
             }
         }
     }
