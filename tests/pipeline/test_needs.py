@@ -117,11 +117,10 @@ def test_the_thresholds_decide_and_a_choice_overrules_them() -> None:
         forced = planned(many(count), Settings(parts={"tree": True}))[0].tree["leaf_size"]
         assert forced == (1 if leaf else None)
     assert planned(many(3), Settings(leaf_size=2))[0].tree["leaf_size"] == 2
-    assert planned(many(3))[0].tree["threads"] == 1
+    assert planned(many(3))[0].tree["threads"] == 0
     assert planned(many(3), Settings(threads=5))[0].tree["threads"] == 5
-    assert planned(many(3), Settings(parts={"threads": True}))[0].tree["threads"] == 0
-    assert planned(many(3), Settings(samples=1000))[0].tree["threads"] == 0
-    assert planned(many(3), Settings(samples=1000, parts={"threads": False}))[0].tree["threads"] == 1
+    assert planned(many(3), Settings(parts={"threads": False}))[0].tree["threads"] == 1
+    assert planned(many(3), Settings(threads=5, parts={"threads": False}))[0].tree["threads"] == 5
 
 
 def test_on_demand_is_for_large_meshes_of_which_little_is_in_view() -> None:
