@@ -139,7 +139,7 @@ def _interval(ordered: list[float]) -> tuple[float, float]:
     """Of the median with 95 % confidence: order statistics by the binomial distribution, whose normal form is near
     enough from 21 on."""
     count = len(ordered)
-    rank = max(0, int((count - 1.96 * count**0.5) / 2))
+    rank = max(0, int((count - 1.96 * count**0.5) / 2) - 1)
     return ordered[rank], ordered[count - 1 - rank]
 
 

@@ -38,10 +38,10 @@ class RENDER_PT_bih(bpy.types.Panel):
         summary = layout.column(align=True)
         for line in BihPreviewEngine.last_summary:
             summary.label(text=" ".join(line.split()))
-        _draw_needs(layout, BihPreviewEngine.last_needs)
+        draw_needs(layout, BihPreviewEngine.last_needs)
 
 
-def _draw_needs(layout: bpy.types.UILayout, parts: Sequence[Mapping[str, Any]]) -> None:
+def draw_needs(layout: bpy.types.UILayout, parts: Sequence[Mapping[str, Any]]) -> None:
     """What the last render did without, as a table: part, kept or left out, why, what that saves."""
     if not parts:
         return

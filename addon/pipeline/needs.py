@@ -15,13 +15,11 @@ from .reach import share_in_view, unreached
 from .scene import SceneData
 from .settings import PARTS, PASSES, Settings
 
-SORTED_TRIANGLES = 8_192
+SORTED_TRIANGLES = 65_536
 """From more triangles on the bucket sort comes first."""
 ON_DEMAND_TRIANGLES = 2_000_000
 ON_DEMAND_SHARE = 0.25
 """From so many triangles on, and with at most this share of them in view, a tree is built where rays go."""
-ALONE_RAYS, ALONE_TRIANGLES = 1_024, 1_024
-"""Up to so many rays and triangles, one thread does the work."""
 LEAF = {"wide": 8, "compact": 8, "classic": 8}
 """Up to so many triangles are one leaf: each ray tests all of them."""
 
@@ -116,7 +114,7 @@ def plan(scene: SceneData, settings: Settings, wanted: Collection[str], *, tree_
     else:
         tree["leaf_size"] = leaf
     rays = scene.camera.width * scene.camera.height * settings.samples
-    tree["threads"] = settings.threads if is_kept("threads", _threads(rays, count, settings)) else 1
+    tree["threads"] = settings.threads if is_kept("threads", _threads(rays, settings)) else 1
     render = {"passes": passes, "lights": lights, "shadows": shadows}
     parts.sort(key=lambda part: PARTS.index(part.name))
     return Plan(tuple(parts), shown, scene, reached, tree, render, flatten)
@@ -286,11 +284,8 @@ def _tree(triangles: int, leaf: int, settings: Settings) -> _Case:
     return _Case("", f"{triangles} triangles fit one leaf: each ray tests them all", "all inner nodes")
 
 
-def _threads(rays: int, triangles: int, settings: Settings) -> _Case:
+def _threads(rays: int, settings: Settings) -> _Case:
     if settings.threads:
         return _Case(f"{settings.threads} threads were chosen")
-    what = f"{rays:,} rays and {triangles:,} triangles"
-    saves = "threads that would wait for each other"
-    if rays <= ALONE_RAYS and triangles <= ALONE_TRIANGLES:
-        return _Case("", f"{what} are work for one", saves)
-    return _Case(f"{what} are work for many", "one thread, as asked", saves, pays=False)
+    why = f"{rays:,} rays: all threads stand ready, and one of its own would have to be started"
+    return _Case(why, "one thread, as asked", "other threads", pays=False)

@@ -12,10 +12,11 @@ from bpy_extras.object_utils import world_to_camera_view
 from numpy.typing import NDArray
 
 from addon.blender.engine import BihPreviewEngine, blender_passes, wanted_passes
+from addon.blender.panels import draw_needs
 from addon.blender.scene_file import rendered_scene
 from addon.pipeline import preview
 from addon.pipeline.image import MISS_DEPTH
-from addon.pipeline.settings import PASSES, Settings
+from addon.pipeline.settings import PARTS, PASSES, Settings
 from tests.blender.scenes import add, add_camera, add_light, add_mesh
 from tests.meshes import icosphere
 
@@ -164,6 +165,40 @@ def test_the_summary_is_kept_for_the_panel(ball, tmp_path):
     render(ball, tmp_path)
     assert len(BihPreviewEngine.last_summary) >= 5
     assert any("1,280 triangles" in line for line in BihPreviewEngine.last_summary)
+    assert {part["part"] for part in BihPreviewEngine.last_needs} >= set(PARTS)
+
+
+class Layout:
+    """What a panel's layout is asked to show."""
+
+    def __init__(self) -> None:
+        self.shown: list[tuple[str, str]] = []
+
+    def label(self, text: str, icon: str = "NONE") -> None:
+        self.shown.append((text, icon))
+
+    def box(self) -> Layout:
+        return self
+
+    def column(self, align: bool) -> Layout:
+        return self
+
+    def split(self, factor: float) -> Layout:
+        return self
+
+
+def test_the_panel_shows_what_the_scene_needed():
+    layout = Layout()
+    draw_needs(layout, [])
+    assert layout.shown == []
+    part = {"part": "shadow rays", "kept": False, "why": "no light", "saves": "9 rays"}
+    draw_needs(layout, [part, {"part": "tree", "kept": True, "why": "9 triangles", "saves": ""}])
+    assert layout.shown[1:] == [
+        ("Shadow rays", "CHECKBOX_DEHLT"),
+        ("no light; 9 rays", "NONE"),
+        ("Tree", "CHECKBOX_HLT"),
+        ("9 triangles", "NONE"),
+    ]
 
 
 def fails_with(words: str) -> None:

@@ -22,6 +22,9 @@ TREES = (
     Ours("bvh", {"structure": "bvh", "layout": "wide", "heuristic": "sah"}),
 )
 
+LARGEST_KD_TREE = 2_000_000
+"""Triangles above which its construction would take most of the tables' time, and gigabytes."""
+
 
 def rows(options: Options, progress: Progress, mesh: Named) -> Iterator[list[str]]:
     """Of camera rays. Counts repeat exactly: no clock is involved."""
@@ -29,7 +32,8 @@ def rows(options: Options, progress: Progress, mesh: Named) -> Iterator[list[str
     origins, directions = bihtree.Camera(view.clip_to_world, view.width, view.height).rays()
     for tree in TREES:
         progress(f"nodes: {mesh}, {tree.name}")
-        if missing := tree.missing():
+        is_large = tree.name == "kd_tree" and mesh.triangles > LARGEST_KD_TREE
+        if missing := tree.missing() or (f"not above {LARGEST_KD_TREE:,}" if is_large else ""):
             yield [str(mesh), tree.name, missing, *["–"] * 5]
             continue
         built = tree.build(mesh.scene.mesh, view).tree
