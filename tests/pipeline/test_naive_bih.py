@@ -34,7 +34,7 @@ def test_the_native_table_is_the_naive_one(name, leaf_size):
 def test_a_depth_cuts_both_tables_alike(max_depth):
     mesh = MESHES["spheres on a floor"]
     expected, _ = naive_nodes(*mesh, max_depth=max_depth)
-    table = bihtree.Tree(*mesh).nodes(max_depth=max_depth)
+    table = bihtree.Tree(*mesh, leaf_size=4).nodes(max_depth=max_depth)
     assert table["depth"].max() == max_depth
     for field in expected.dtype.names:
         np.testing.assert_array_equal(table[field], expected[field], err_msg=field)
