@@ -10,6 +10,8 @@ LOCAL = "bih/wide/fast/local"
 SAH = "bih/wide/fast/sah"
 COMPACT = "bih/compact/fast"
 CLASSIC = "bih/classic"
+BVH = "bvh/wide/fast"
+KD_TREE = "kd_tree"
 WATERTIGHT = "bih/wide/watertight"
 
 LOW = "embree/low"
@@ -18,7 +20,9 @@ HIGH = "embree/high"
 ROBUST = "embree/medium/robust"
 SMALL = "embree/medium/compact"
 
-BUILDS = (DEFAULT, LOCAL, SAH, COMPACT, CLASSIC, LOW, MEDIUM, HIGH, ROBUST, SMALL, "obvhs/bvh2/fastest")
+OBVHS = ("obvhs/bvh2/fastest", "obvhs/bvh2/medium")
+
+BUILDS = (DEFAULT, LOCAL, SAH, COMPACT, CLASSIC, BVH, KD_TREE, LOW, MEDIUM, HIGH, ROBUST, SMALL, *OBVHS)
 """Whose construction is timed."""
 
 ALL_CALLS = ("1", "8", "16", "8c", "16c")
@@ -32,7 +36,7 @@ def traces(kind: str) -> tuple[str, ...]:
     is_coherent = kind in {"primary", "shadow"}
     packet = "16c" if is_coherent else "16"
     return (
-        *(DEFAULT, f"{DEFAULT}@1", LOCAL, SAH, f"{SAH}@1", COMPACT, WATERTIGHT),
+        *(DEFAULT, f"{DEFAULT}@1", LOCAL, SAH, f"{SAH}@1", COMPACT, WATERTIGHT, BVH),
         *(f"{MEDIUM}@{call}" for call in (("1", "16", "8c", "16c") if is_coherent else ("1", "8", "16"))),
         *(f"{side}@{call}" for side in PACKED for call in ("1", packet)),
         *("obvhs/bvh2/fastest", "obvhs/cwbvh/medium"),
@@ -48,7 +52,7 @@ def traces_alone(kind: str) -> tuple[str, ...]:
 IMAGES = (LOW, MEDIUM, HIGH, DEFAULT, SAH)
 """Who takes pictures; the first one's is what the others are compared with."""
 
-COSTS = (DEFAULT, LOCAL, SAH, COMPACT, CLASSIC)
+COSTS = (DEFAULT, LOCAL, SAH, COMPACT, CLASSIC, BVH, KD_TREE)
 """Whose steps are counted."""
 
 PEERS = (LOW, MEDIUM, HIGH, ROBUST, SMALL)

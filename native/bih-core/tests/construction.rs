@@ -1,8 +1,8 @@
 //! The construction: one tree whatever the strategy and the number of threads, of a depth that is bounded.
 
-use bih_core::build::{Heuristic, Layout, Precision};
+use bih_core::build::{Heuristic, Layout, Precision, Structure};
 use bih_core::tree::{self, Kind, MAX_DEPTH};
-use bih_core::{BuildOptions, Control, Tree, Triangles, Vertices, build};
+use bih_core::{BuildOptions, Control, Error, Tree, Triangles, Vertices, build};
 
 const HEURISTICS: [Heuristic; 3] = [Heuristic::Global, Heuristic::Local, Heuristic::Sah];
 
@@ -195,5 +195,51 @@ fn rows_are_there_where_they_are_traced() {
     for (precision, numbers) in [(Precision::Watertight, 0), (Precision::Fast, 9 * 495 + 8)] {
         let tree = grow(&triangles, BuildOptions { layout: Layout::Wide, precision, ..Default::default() });
         assert_eq!(tree.wide().unwrap().rows.len(), numbers);
+    }
+}
+
+#[test]
+fn a_bvh_is_one_for_any_number_of_threads_and_refers_to_each_triangle_once() {
+    let vertices = soup(20_000);
+    let triangles = Triangles::new(Vertices::F32(&vertices), None).unwrap();
+    for layout in [Layout::Wide, Layout::Compact] {
+        let options = BuildOptions { layout, ..BuildOptions::of(Structure::Bvh) };
+        let one = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| grow(&triangles, options))
+        };
+        let tree = one(1);
+        assert_eq!((tree.structure(), tree.stats().references), (Structure::Bvh, 20_000 - 220));
+        same(&tree, &one(2));
+        same(&tree, &one(5));
+    }
+}
+
+#[test]
+fn a_kd_tree_behind_the_same_tree_says_how_often_it_refers_to_triangles() {
+    let vertices = soup(5000);
+    let triangles = Triangles::new(Vertices::F32(&vertices), None).unwrap();
+    let tree = build(&triangles, &BuildOptions::of(Structure::KdTree), &Control::default()).unwrap();
+    tree::validate(&tree, &triangles).unwrap();
+    let stats = tree.stats();
+    assert!(stats.references > 4945 && stats.references == tree.references().len(), "{stats:?}");
+    assert_eq!(tree.order().len(), stats.references + 55);
+    assert_eq!((stats.rejected, stats.bound_bytes), (55, 0));
+}
+
+#[test]
+fn options_that_do_not_go_together_are_refused() {
+    let triangles = Triangles::new(Vertices::F32(&[]), None).unwrap();
+    let of = BuildOptions::of;
+    for options in [
+        BuildOptions { layout: Layout::Wide, ..of(Structure::KdTree) },
+        BuildOptions { leaf_size: Some(4), ..of(Structure::KdTree) },
+        BuildOptions { heuristic: Heuristic::Global, ..of(Structure::KdTree) },
+        BuildOptions { layout: Layout::Classic, ..of(Structure::Bvh) },
+        BuildOptions { heuristic: Heuristic::Local, ..of(Structure::Bvh) },
+        BuildOptions { presort: Some(true), ..of(Structure::Bvh) },
+    ] {
+        let refused = build(&triangles, &options, &Control::default()).unwrap_err();
+        assert!(matches!(refused, Error::Incompatible { .. }), "{options:?} {refused:?}");
     }
 }
