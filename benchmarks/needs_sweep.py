@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from addon.pipeline.camera import framing_view, perspective_view
+from addon.pipeline.camera import perspective_view
 from addon.pipeline.scene import SceneData
 from addon.pipeline.settings import Settings
 from addon.report.scenes import soup, terrain
@@ -45,13 +45,13 @@ def points() -> Iterator[Point]:
 
 
 def _on_demand() -> Iterator[Point]:
-    for size in (250_000, 1_000_000, 4_000_000):
+    """A landscape of 10 x 10 from above, so high that a share of it is in view."""
+    for size in (16_000, 64_000, 256_000, 1_000_000, 4_000_000):
         mesh = mesh_of("terrain", terrain(size).mesh)
-        for share, name in ((0.6, "a corner"), (2.5, "a quarter"), (None, "all")):
-            if share is None:
-                view = framing_view(np.stack([mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)]), 320, 240)
-            else:
-                eye, target, up = np.array([5.0, 1.2, 5]), np.array([5.4, 0.6, 5.5]), np.array([0, 1.0, 0])
-                view = perspective_view(eye, target, up, 320, 240, field_of_view=1.0, near=0.01, far=2 * share)
+        for share in (0.02, 0.1, 0.25, 0.5):
+            width, angle = 10 * (share / 0.75) ** 0.5, 0.5
+            eye, target = np.array([5.0, 0.5 * width / np.tan(0.5 * angle) + 0.6, 5]), np.array([5.0, 0, 5])
+            up = np.array([0, 0, 1.0])
+            view = perspective_view(eye, target, up, 320, 240, field_of_view=angle, near=0.1, far=2 * eye[1])
             case = Case(SceneData.of_mesh(mesh, view), COMBINED)
-            yield Point("on demand", f"{size:,}, {name} in view", case)
+            yield Point("on demand", f"{size:,}, {share:.0%} in view", case)

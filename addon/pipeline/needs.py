@@ -17,7 +17,7 @@ from .settings import PARTS, PASSES, Settings
 
 SORTED_TRIANGLES = 65_536
 """From more triangles on the bucket sort comes first."""
-ON_DEMAND_TRIANGLES = 2_000_000
+ON_DEMAND_TRIANGLES = 250_000
 ON_DEMAND_SHARE = 0.25
 """From so many triangles on, and with at most this share of them in view, a tree is built where rays go."""
 LEAF = {"wide": 8, "compact": 8, "classic": 8}

@@ -34,6 +34,7 @@ def section(options: Options, progress: Progress, mesh: Named, printed: tuple[pu
         cells = _cells(found.get(structure.name), shape.vertices.nbytes + shape.triangles.nbytes, mesh.triangles)
         beside = [_printed(row) for row in printed if row.name == theirs]
         rows.append([structure.name, *(cells or [structure.missing(), *["–"] * 4]), *(beside or ["–"])])
+        progress("    " + " | ".join(rows[-1]))
     rows += [[f"{row.name} (not ours)", *["–"] * 5, _printed(row)] for row in printed if row.name == "InView"]
     heads = ["structure", "triangles, bytes", "acceleration data, bytes", "bytes a triangle", "frames a second"]
     said = paragraph(

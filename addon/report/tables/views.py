@@ -26,6 +26,7 @@ def section(options: Options, progress: Progress, plane: Named) -> str:
                 is_theirs = threads == 1 and side.name == "on demand"
                 cells = _cells(side, found.get(side.name))
                 rows.append([name, side.name, threads_named(threads), *cells, whose if is_theirs else "–"])
+                progress("    " + " | ".join(rows[-1]))
     heads = ["view", "build", "threads", "acceleration data, bytes", "frames a second", "total, s", "as published"]
     said = paragraph(
         f"{width} x {height}; total is from the arrays to the first picture, frames are further ones.",

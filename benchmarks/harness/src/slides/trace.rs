@@ -22,11 +22,11 @@ impl SlidesTree<'_> {
         let mut found = (f32::INFINITY, u32::MAX);
         let inverse = ray.direction.map(f32::recip);
         let (mut near, mut far) = (ray.t_min, ray.t_max);
-        for axis in 0..3 {
+        for (axis, inverse) in inverse.into_iter().enumerate() {
             let planes = [self.bounds.lower[axis], self.bounds.upper[axis]];
-            let [enter, leave] = if inverse[axis].is_sign_negative() { [planes[1], planes[0]] } else { planes };
-            near = near.max((enter - ray.origin[axis]) * inverse[axis] / PADDING);
-            far = far.min((leave - ray.origin[axis]) * inverse[axis] * PADDING);
+            let [enter, leave] = if inverse.is_sign_negative() { [planes[1], planes[0]] } else { planes };
+            near = near.max(padded_down((enter - ray.origin[axis]) * inverse));
+            far = far.min(padded_up((leave - ray.origin[axis]) * inverse));
         }
         let mut stack = vec![Step { node: 0, near, far }];
         while let Some(Step { mut node, mut near, mut far }) = stack.pop() {
