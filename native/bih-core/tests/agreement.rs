@@ -77,7 +77,8 @@ fn agree(triangles: &Triangles, leaf_size: usize, rays: &[Ray]) {
         variants.extend(STRATEGIES[1..].iter().map(|&strategy| (layout, Precision::Watertight, strategy)));
     }
     for (layout, precision, (heuristic, presort)) in variants {
-        let options = BuildOptions { layout, precision, heuristic, presort, leaf_size: Some(leaf_size) };
+        let options =
+            BuildOptions { layout, precision, heuristic, presort, leaf_size: Some(leaf_size), ..Default::default() };
         let tree = build_as(triangles, &options);
         let truth = |ray: &Ray| {
             let truth = naive_closest(&tree, triangles, ray);

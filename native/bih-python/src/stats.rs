@@ -53,6 +53,7 @@ impl Stats {
     pub fn new(
         stats: &bih_core::tree::Stats,
         layout: &'static str,
+        build: &'static str,
         heuristic: &'static str,
         precision: &'static str,
         mesh_bytes: usize,
@@ -60,13 +61,13 @@ impl Stats {
         Self {
             structure: "bih",
             layout,
-            build: "eager",
+            build,
             heuristic,
             precision,
             triangles: stats.triangles,
             nodes: stats.nodes,
             leaves: stats.leaves,
-            unbuilt: 0,
+            unbuilt: stats.unbuilt,
             depth: stats.depth,
             tree_bytes: stats.tree_bytes,
             bound_bytes: stats.bound_bytes,

@@ -1,6 +1,6 @@
 //! Trees and their queries.
 
-use bih_core::build::{Heuristic, Layout, Precision};
+use bih_core::build::{Build, Heuristic, Layout, Precision};
 use bih_core::geometry::Triangles;
 use bih_core::simd::FloatEnvironment;
 use bih_core::traverse::{Float, Limits, RayBatch};
@@ -62,7 +62,7 @@ impl Tree {
                 return Err(PyValueError::new_err(text));
             }
         };
-        one_of("build", build, "eager")?;
+        let build = named_build(build)?;
         let heuristic = named_heuristic(heuristic)?;
         let precision = match precision {
             "fast" => Precision::Fast,
@@ -89,7 +89,7 @@ impl Tree {
             .then(|| ThreadPoolBuilder::new().num_threads(threads).build())
             .transpose()
             .map_err(|error| BihError::new_err(format!("threads: {threads} could not be started ({error})")))?;
-        let options = BuildOptions { layout, heuristic, presort, precision, leaf_size };
+        let options = BuildOptions { layout, build, heuristic, presort, precision, leaf_size, ..Default::default() };
         let core = mesh.with_triangles(py, |triangles| {
             supervise(py, pool.as_ref(), progress, |control| bih_core::build(&triangles, &options, control))
         })??;
@@ -170,7 +170,11 @@ impl Tree {
             Heuristic::Local => "local",
             Heuristic::Sah => "sah",
         };
-        Stats::new(self.core.stats(), layout, heuristic, precision, self.mesh.owned_bytes)
+        let build = match self.core.build() {
+            Build::Eager => "eager",
+            Build::OnDemand => "on_demand",
+        };
+        Stats::new(&self.core.stats(), layout, build, heuristic, precision, self.mesh.owned_bytes)
     }
 
     /// (2, 3) lower and upper corner; inf and -inf where no triangle can be hit.
@@ -200,13 +204,20 @@ impl Tree {
 
     /// The caller's rows in leaf order, then the rejected ones; a permutation.
     fn order<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i32>> {
-        PyArray1::from_iter(py, self.core.order().iter().map(|&row| row as i32))
+        PyArray1::from_iter(py, self.core.order().into_iter().map(|row| row as i32))
     }
 
     /// Check every rule that a tree keeps.
     fn validate(&self, py: Python<'_>) -> PyResult<()> {
         self.mesh
             .with_triangles(py, |triangles| run(py, self.pool.as_ref(), |_| tree::validate(&self.core, &triangles)))?
+    }
+
+    /// Build all that no ray has come to yet; nothing for a tree that was built at once.
+    fn build_all(&self, py: Python<'_>) -> PyResult<()> {
+        self.mesh.with_triangles(py, |triangles| {
+            supervise(py, self.pool.as_ref(), None, |control| Ok(self.core.build_all(&triangles, control)?))
+        })?
     }
 
     fn __reduce__(&self) -> PyResult<()> {
@@ -292,6 +303,18 @@ fn named_heuristic(name: &str) -> PyResult<Heuristic> {
         "sah" => Ok(Heuristic::Sah),
         _ => {
             let text = format!("heuristic: {name:?} is not one; choose \"global\", \"local\" or \"sah\"");
+            Err(PyValueError::new_err(text))
+        }
+    }
+}
+
+/// The construction of that name.
+fn named_build(name: &str) -> PyResult<Build> {
+    match name {
+        "eager" => Ok(Build::Eager),
+        "on_demand" => Ok(Build::OnDemand),
+        _ => {
+            let text = format!("build: {name:?} is unknown; choose \"eager\" or \"on_demand\"");
             Err(PyValueError::new_err(text))
         }
     }

@@ -1,13 +1,16 @@
 //! One construction: what is sorted by the heuristic chosen, and the frame that it is sorted in.
 
+use std::sync::Mutex;
+
 use super::accepted::Accepted;
 use super::extent::Extent;
 use super::frame::{Emission, Frame, Split};
-use super::global::{Coding, Global};
+use super::global::{Coding, Global, Grids};
 use super::keys::{Keys, row_bits};
 use super::leaves::Places;
 use super::local::Local;
-use super::options::{BuildOptions, Heuristic};
+use super::on_demand::Ranges;
+use super::options::{Build, BuildOptions, Heuristic};
 use super::presort;
 use super::reference::{self, Reference};
 use super::sah::Sah;
@@ -24,6 +27,8 @@ pub struct Construction<'a> {
     /// Whether the bucket sort came first.
     pub presorted: bool,
     pub left_out: Vec<(&'static str, String)>,
+    /// The pieces that are left to the rays.
+    pub pieces: Option<Ranges>,
     /// The most memory held at once, beside references and rows.
     pub peak_bytes: usize,
 }
@@ -38,7 +43,12 @@ impl Construction<'_> {
         }
     }
 
-    /// Build and fill the places.
+    /// Whether pieces are left to the rays.
+    pub fn is_on_demand(&self) -> bool {
+        self.options.build == Build::OnDemand && self.accepted.len() > self.options.largest_piece()
+    }
+
+    /// Build and fill the places; on demand only the order of the references, in which pieces are not yet split further.
     pub fn run<E: Emission>(&mut self, emission: E, places: Places) -> Result<E::Output, Cancelled> {
         if self.accepted.len() == 0 {
             return Ok(E::Output::default());
@@ -76,7 +86,9 @@ impl Construction<'_> {
             (keys.in_order(self.control)?, 0)
         };
         let state = Coding::new(keys.grid.axes, sorted);
-        self.construct(Global { triangles, row_bits: row_bits(triangles.len()) }, state, items, emission, places)
+        let grids = self.is_on_demand().then(|| Grids { scene: keys.grid, others: Mutex::default() });
+        let split = Global { triangles, row_bits: row_bits(triangles.len()), grids };
+        self.construct(split, state, items, emission, places)
     }
 
     fn by_references<S: Split<Item = Reference, State = ()>, E: Emission>(
@@ -107,8 +119,15 @@ impl Construction<'_> {
     ) -> Result<E::Output, Cancelled> {
         let Accepted { triangles, .. } = self.accepted;
         let leaf_size = self.options.largest_leaf();
-        let frame = Frame { split, emission, triangles, leaf_size, control: self.control };
-        let built = frame.construct(items, state, places)?;
+        let longest = self.options.largest_piece();
+        let frame = Frame { split, emission, triangles, leaf_size, longest, control: self.control };
+        let built = if self.is_on_demand() {
+            let (built, pieces) = frame.lay_out(items, state, places.order)?;
+            self.pieces = Some(pieces);
+            built
+        } else {
+            frame.construct(items, state, places)?
+        };
         self.peak_bytes = self.peak_bytes.max(built.peak_bytes);
         if built.skipped > 0 {
             let reason = format!("{} halvings had all objects on one side", built.skipped);

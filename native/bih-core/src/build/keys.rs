@@ -90,6 +90,13 @@ impl Reading for Fill<'_> {
     }
 }
 
+/// The keys of these rows on a grid, in their order.
+pub fn keys_of_rows(triangles: &Triangles, grid: &Grid, rows: &[u32]) -> Vec<u64> {
+    let mut keys: Vec<u64> = rows.iter().map(|&row| u64::from(row)).collect();
+    read(triangles, Recode { grid, keys: &mut keys, row_bits: u64::BITS / 2 });
+    keys
+}
+
 /// Code again, on a grid over the centres of these keys alone. None where all centres coincide.
 pub fn recode(triangles: &Triangles, keys: &mut [u64], row_bits: u32) -> Option<Grid> {
     let empty = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];

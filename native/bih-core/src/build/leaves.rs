@@ -19,6 +19,37 @@ pub fn write_leaves(triangles: &Triangles, treelet: &mut Treelet, places: Places
     read(triangles, Leaves { branches, leaves, order, rows });
 }
 
+/// The box that holds these rows of triangles.
+pub fn box_of_rows(triangles: &Triangles, rows: &[u32]) -> Bounds {
+    read(triangles, BoxOf { rows })
+}
+
+struct BoxOf<'a> {
+    rows: &'a [u32],
+}
+
+impl Reading for BoxOf<'_> {
+    type Output = Bounds;
+
+    #[inline(always)]
+    fn run<S: Source>(self, source: S) -> Bounds {
+        prefetch(source, self.rows);
+        let corners = self.rows.iter().map(|&row| source.corners(row as usize));
+        bounds(corners.fold(empty::<S::Scalar>(), |all, corners| union(all, box_of(&corners))))
+    }
+}
+
+/// The triangles lie anywhere: ask for all of them before the first one is waited for.
+#[inline(always)]
+fn prefetch<S: Source>(source: S, rows: &[u32]) {
+    for &row in rows {
+        source.prefetch_row(row as usize);
+    }
+    for &row in rows {
+        source.prefetch_corners(row as usize);
+    }
+}
+
 struct Leaves<'a> {
     branches: &'a mut [Branch],
     leaves: &'a [u32],
@@ -31,13 +62,7 @@ impl Reading for Leaves<'_> {
 
     #[inline(always)]
     fn run<S: Source>(self, source: S) {
-        // The triangles lie anywhere: ask for all of them before the first one is waited for.
-        for &reference in &*self.order {
-            source.prefetch_row(reference as usize);
-        }
-        for &reference in &*self.order {
-            source.prefetch_corners(reference as usize);
-        }
+        prefetch(source, self.order);
         for &leaf in self.leaves {
             let leaf = &mut self.branches[leaf as usize];
             let (first, count) = (leaf.first as usize, leaf.count as usize);

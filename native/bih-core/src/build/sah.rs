@@ -2,8 +2,9 @@
 
 use std::ops::Range;
 
-use super::frame::{Cut, Split};
+use super::frame::{Cut, Range as Piece, Split};
 use super::local::{Centres, by_median, halve, partition};
+use super::on_demand::Ranges;
 use super::reference::Reference;
 use crate::simd::Lanes;
 use crate::tree::{MAX_SPATIAL_DEPTH, WIDTH};
@@ -27,6 +28,10 @@ impl Split for Sah {
 
     fn row(&self, reference: &Reference) -> u32 {
         reference.row
+    }
+
+    fn kept(self, ranges: Vec<Piece<()>>) -> Ranges {
+        Ranges::Sah(ranges)
     }
 
     fn in_rows(rows: &mut [f32]) -> &mut [Reference] {

@@ -140,7 +140,7 @@ pub(super) fn in_nodes<C: Counter>(
         return single::closest(tree, triangles, ray, stack, counter);
     }
     let mut nearest = Nearest::new(ray, tree);
-    walk(tree, ray, stack, counter, |rows| {
+    walk(tree, triangles, ray, stack, counter, |rows| {
         for &row in rows {
             nearest.offer(row, triangles.corners(row));
         }
@@ -157,6 +157,7 @@ pub(super) fn in_nodes<C: Counter>(
 #[inline(always)]
 pub(super) fn walk<C: Counter>(
     tree: &Tree,
+    triangles: &Triangles,
     ray: &Ray,
     stack: &mut Stack,
     counter: &mut C,
@@ -172,8 +173,17 @@ pub(super) fn walk<C: Counter>(
     let mut entry = Entry { node: 0, near, far };
     loop {
         if entry.near <= entry.far && entry.near <= limit {
+            let mut node = tree.nodes.get(entry.node);
+            if let Some(piece) = node.piece_number() {
+                let Some(root) = tree.enter(piece, triangles) else {
+                    // Another thread builds it. Single precision wants the nodes in their order, so the ray stays here.
+                    std::thread::yield_now();
+                    continue;
+                };
+                node = tree.nodes.get(root as usize);
+            }
             counter.visit_node();
-            match tree.nodes[entry.node].kind() {
+            match node.kind() {
                 Kind::Inner { axis, left, clip } => {
                     let backwards = usize::from(crossing.is_negative(axis));
                     let first_ends = crossing.latest(axis, clip[backwards]);
@@ -196,7 +206,7 @@ pub(super) fn walk<C: Counter>(
                 }
                 Kind::Leaf { first, count } => {
                     counter.test_triangles(count);
-                    match leaf(&tree.order[first..first + count]) {
+                    match leaf(tree.order.slice(first..first + count)) {
                         ControlFlow::Continue(t) => limit = t,
                         ControlFlow::Break(()) => return,
                     }

@@ -52,7 +52,7 @@ pub(super) fn in_nodes<C: Counter>(
     }
     let test = RayTest::new(ray, tree.bounds());
     let mut found = false;
-    walk(tree, ray, stack, counter, |rows| {
+    walk(tree, triangles, ray, stack, counter, |rows| {
         found = rows.iter().any(|&row| distance_within(ray, &test, &triangles.corners(row)).is_some());
         if found { ControlFlow::Break(()) } else { ControlFlow::Continue(ray.t_max) }
     });

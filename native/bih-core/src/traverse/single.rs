@@ -50,7 +50,7 @@ pub(super) fn closest<C: Counter>(
 ) -> Option<Hit> {
     let mut nearest = Nearest::new(ray);
     let ray = nearest.ray.widened();
-    walk(tree, &ray, stack, counter, |rows| {
+    walk(tree, triangles, &ray, stack, counter, |rows| {
         for &row in rows {
             nearest.offer(row, triangles);
         }
@@ -68,7 +68,7 @@ pub(super) fn occluded<C: Counter>(
 ) -> bool {
     let single = SingleRay::new(ray);
     let mut found = false;
-    walk(tree, &single.widened(), stack, counter, |rows| {
+    walk(tree, triangles, &single.widened(), stack, counter, |rows| {
         found = rows.iter().any(|&row| meet(&single, row, triangles).is_some());
         if found { ControlFlow::Break(()) } else { ControlFlow::Continue(f64::from(single.t_max)) }
     });
@@ -77,7 +77,7 @@ pub(super) fn occluded<C: Counter>(
 
 pub(super) fn naive_closest(tree: &Tree, triangles: &Triangles, ray: &Ray) -> Option<Hit> {
     let mut nearest = Nearest::new(ray);
-    for &row in tree.references() {
+    for row in tree.references() {
         nearest.offer(row, triangles);
     }
     nearest.hit()
@@ -85,5 +85,5 @@ pub(super) fn naive_closest(tree: &Tree, triangles: &Triangles, ray: &Ray) -> Op
 
 pub(super) fn naive_occluded(tree: &Tree, triangles: &Triangles, ray: &Ray) -> bool {
     let ray = SingleRay::new(ray);
-    tree.references().iter().any(|&row| meet(&ray, row, triangles).is_some())
+    tree.references().into_iter().any(|row| meet(&ray, row, triangles).is_some())
 }

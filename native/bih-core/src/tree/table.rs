@@ -2,8 +2,10 @@
 
 use bytemuck::{Pod, Zeroable};
 
+use std::collections::HashMap;
+
 use super::{Kind, Tree, Visit};
-use crate::build::{BuildOptions, Layout, build};
+use crate::build::{BuildOptions, Layout, OnDemand, build};
 use crate::control::Control;
 use crate::error::Error;
 use crate::geometry::Triangles;
@@ -34,7 +36,8 @@ pub struct NodeRow {
 
 /// Rows of the binary tree's nodes down to `max_depth`, at most `limit` of them, breadth first.
 ///
-/// Wide records do not hold the splits that they collapsed: these are found again by the same construction.
+/// Wide records do not hold the splits that they collapsed, and of a tree that is built on demand not all are there: these
+/// are found again by the same construction. Nodes below an unbuilt one are left out.
 pub fn node_table(
     tree: &Tree,
     triangles: &Triangles,
@@ -43,7 +46,8 @@ pub fn node_table(
     control: &Control,
 ) -> Result<Vec<NodeRow>, Error> {
     let built;
-    let binary = if tree.wide.is_none() {
+    let unbuilt: HashMap<_, _> = tree.on_demand.as_ref().map(OnDemand::unbuilt).into_iter().flatten().collect();
+    let binary = if tree.wide.is_none() && tree.on_demand.is_none() {
         tree
     } else {
         let options = BuildOptions {
@@ -55,11 +59,13 @@ pub fn node_table(
         built = build(triangles, &options, control)?;
         &built
     };
-    Ok(binary.visit(max_depth).take(limit).map(row).collect())
+    let is_unbuilt = |visit: &Visit| unbuilt.get(&visit.first) == Some(&visit.count);
+    Ok(binary.visit_down_to(max_depth, is_unbuilt).take(limit).map(|visit| row(&visit, is_unbuilt(&visit))).collect())
 }
 
-fn row(visit: Visit) -> NodeRow {
+fn row(visit: &Visit, is_unbuilt: bool) -> NodeRow {
     let (kind, axis, clip) = match visit.kind {
+        _ if is_unbuilt => (2, -1, [f32::NAN; 2]),
         Kind::Inner { axis, clip, .. } => (0, axis as i8, clip),
         Kind::Leaf { .. } => (1, -1, [f32::NAN; 2]),
     };

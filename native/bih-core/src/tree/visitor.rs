@@ -26,24 +26,30 @@ pub struct Visit {
 
 /// Breadth-first iterator over the nodes down to a depth.
 #[derive(Debug)]
-pub struct Visitor<'a> {
+pub struct Visitor<'a, F> {
     tree: &'a Tree,
     max_depth: u32,
+    is_end: F,
     visited: usize,
     queue: VecDeque<(usize, Option<usize>, u32, Bounds)>,
 }
 
 impl Tree {
-    /// Visit the nodes breadth first, the left child before the right one.
-    pub fn visit(&self, max_depth: u32) -> Visitor<'_> {
+    /// Visit the nodes of a tree that was built at once, breadth first, the left child before the right one.
+    pub fn visit(&self, max_depth: u32) -> impl Iterator<Item = Visit> {
+        self.visit_down_to(max_depth, |_| false)
+    }
+
+    /// The same without what is below some nodes.
+    pub fn visit_down_to<F: Fn(&Visit) -> bool>(&self, max_depth: u32, is_end: F) -> Visitor<'_, F> {
         let root = (!self.nodes.is_empty()).then_some((0, None, 0, self.bounds));
-        Visitor { tree: self, max_depth, visited: 0, queue: root.into_iter().collect() }
+        Visitor { tree: self, max_depth, is_end, visited: 0, queue: root.into_iter().collect() }
     }
 
     /// The outermost leaf below `node`: its first and last reference on that side.
     fn outermost_leaf(&self, mut node: usize, right: usize) -> (usize, usize) {
         loop {
-            match self.nodes[node].kind() {
+            match self.nodes.get(node).kind() {
                 Kind::Inner { left, .. } => node = left + right,
                 Kind::Leaf { first, count } => return (first, first + count),
             }
@@ -51,16 +57,20 @@ impl Tree {
     }
 }
 
-impl Iterator for Visitor<'_> {
+impl<F: Fn(&Visit) -> bool> Iterator for Visitor<'_, F> {
     type Item = Visit;
 
     fn next(&mut self) -> Option<Visit> {
         let (node, parent, depth, bounds) = self.queue.pop_front()?;
-        let kind = self.tree.nodes[node].kind();
+        let kind = self.tree.nodes.get(node).kind();
         let row = self.visited;
         self.visited += 1;
+        let (first, _) = self.tree.outermost_leaf(node, 0);
+        let (_, end) = self.tree.outermost_leaf(node, 1);
+        let visit = Visit { node, parent, depth, bounds, kind, first, count: end - first };
         if let Kind::Inner { axis, left, clip } = kind
             && depth < self.max_depth
+            && !(self.is_end)(&visit)
         {
             let [mut lower_part, mut upper_part] = [bounds; 2];
             lower_part.upper[axis] = clip[0];
@@ -68,8 +78,6 @@ impl Iterator for Visitor<'_> {
             self.queue.push_back((left, Some(row), depth + 1, lower_part));
             self.queue.push_back((left + 1, Some(row), depth + 1, upper_part));
         }
-        let (first, _) = self.tree.outermost_leaf(node, 0);
-        let (_, end) = self.tree.outermost_leaf(node, 1);
-        Some(Visit { node, parent, depth, bounds, kind, first, count: end - first })
+        Some(visit)
     }
 }

@@ -108,7 +108,7 @@ class Stats:
     def leaves(self) -> int: ...
     @property
     def unbuilt(self) -> int:
-        """Nodes not yet subdivided: none, this version builds eagerly."""
+        """Nodes not yet subdivided; on demand only."""
 
     @property
     def depth(self) -> int:
@@ -116,7 +116,8 @@ class Stats:
 
     @property
     def tree_bytes(self) -> int:
-        """The acceleration data: 12 bytes a node (256 a wide record, and 36 a triangle), 4 bytes a row of the mesh."""
+        """The acceleration data that exists now: 12 bytes a node (256 a wide record, and 36 a triangle), 4 bytes a row of
+        the mesh, on demand some bytes a piece."""
 
     @property
     def bound_bytes(self) -> int:
@@ -131,7 +132,8 @@ class Stats:
         """Tree and working memory at the peak of the build; the mesh is not counted."""
 
     @property
-    def build_seconds(self) -> float: ...
+    def build_seconds(self) -> float:
+        """All of the construction; on demand so far, of all threads together."""
     @property
     def presorted(self) -> bool:
         """Whether the bucket sort came first."""
@@ -159,7 +161,7 @@ class Tree:
         *,
         structure: Literal["bih"] = "bih",
         layout: Literal["wide", "compact", "classic"] = "classic",
-        build: Literal["eager"] = "eager",
+        build: Literal["eager", "on_demand"] = "eager",
         heuristic: Literal["global", "local", "sah"] = "global",
         presort: bool | None = None,
         precision: Literal["watertight", "fast"] = "watertight",

@@ -1,0 +1,388 @@
+//! Construction on demand: pieces that are built when a ray comes to one.
+//!
+//! The slides' "on demand" with the flag at the root of a piece: the upper nodes are there from the start, sorted ranges
+//! of rows below them, and whoever comes to an unbuilt piece builds all of it, because it fits the cache.
+
+use std::ops;
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::time::Instant;
+
+use rayon::prelude::*;
+
+use super::classic::ClassicNodes;
+use super::frame::{Emission, Frame, Range, Split};
+use super::global::{Coding, Global};
+use super::grid::Grid;
+use super::keys::keys_of_rows;
+use super::leaves::Places;
+use super::local::Local;
+use super::options::BuildOptions;
+use super::reference::collect_rows;
+use super::sah::Sah;
+use super::wide::WideRecords;
+use crate::control::{Cancelled, Control};
+use crate::geometry::Triangles;
+use crate::simd::FloatEnvironment;
+use crate::tree::{Claim, CompactRecord, Found, Node, Record, Records, Roots, Stats, Target, Tree, WIDTH, Wide};
+
+/// Places between the references of two pieces: whole vectors that begin in the rows of a leaf end before those of the
+/// next piece, which may be in the making.
+pub const GAP: usize = WIDTH - 1;
+
+/// The pieces of a division, and what is needed to split them as if the items were still there.
+#[derive(Debug)]
+pub enum Ranges {
+    /// Of keys. The grid is the scene's; of others the boxes are kept.
+    Global { ranges: Vec<Range<Coding>>, grid: Grid, others: Vec<[[f64; 3]; 2]>, row_bits: u32 },
+    /// Of references.
+    Local(Vec<Range<()>>),
+    /// Of references.
+    Sah(Vec<Range<()>>),
+}
+
+impl Ranges {
+    pub fn len(&self) -> usize {
+        match self {
+            Self::Global { ranges, .. } => ranges.len(),
+            Self::Local(ranges) | Self::Sah(ranges) => ranges.len(),
+        }
+    }
+
+    /// Where the references of a piece are, and how deep it hangs.
+    fn place(&self, piece: usize) -> (ops::Range<usize>, u32) {
+        fn place<T>(range: &Range<T>) -> (ops::Range<usize>, u32) {
+            (range.first..range.first + range.count, range.depth)
+        }
+        match self {
+            Self::Global { ranges, .. } => place(&ranges[piece]),
+            Self::Local(ranges) | Self::Sah(ranges) => place(&ranges[piece]),
+        }
+    }
+
+    /// Put as many places more between any two pieces.
+    fn spread(&mut self, gap: usize) {
+        fn spread<T>(ranges: &mut [Range<T>], gap: usize) {
+            for (number, range) in ranges.iter_mut().enumerate() {
+                range.first += gap * number;
+            }
+        }
+        match self {
+            Self::Global { ranges, .. } => spread(ranges, gap),
+            Self::Local(ranges) | Self::Sah(ranges) => spread(ranges, gap),
+        }
+    }
+
+    fn bytes(&self) -> usize {
+        match self {
+            Self::Global { ranges, others, .. } => {
+                size_of::<Grid>() + size_of_val(&ranges[..]) + size_of_val(&others[..])
+            }
+            Self::Local(ranges) | Self::Sah(ranges) => size_of_val(&ranges[..]),
+        }
+    }
+}
+
+/// What of a tree is built when rays come to it, and what that has cost so far.
+#[derive(Debug)]
+pub struct OnDemand {
+    ranges: Ranges,
+    roots: Roots,
+    /// Depth at which each piece hangs, in what is traced.
+    levels: Vec<u16>,
+    leaf_size: usize,
+    /// Places between two pieces.
+    gap: usize,
+    /// Records or nodes that were there from the start.
+    top: usize,
+    /// Those that there are now.
+    used: AtomicUsize,
+    /// Of the deepest leaf.
+    depth: AtomicUsize,
+    leaves: AtomicUsize,
+    /// Pieces, and their triangles.
+    built: AtomicUsize,
+    triangles: AtomicUsize,
+    nanoseconds: AtomicU64,
+    /// Builders that are to fail, before one does not.
+    #[cfg(test)]
+    pub failures: AtomicUsize,
+}
+
+impl OnDemand {
+    /// Bytes that the pieces take beside what is built of them, never exceeded.
+    pub fn bound_bytes(options: &BuildOptions, triangles: &Triangles, pieces: usize) -> usize {
+        let kept = size_of::<Range<Coding>>() + size_of::<[[f64; 3]; 2]>() + size_of::<u32>() + size_of::<u16>();
+        let gap = if options.has_rows(triangles) { GAP * (size_of::<u32>() + 9 * size_of::<f32>()) } else { 0 };
+        size_of::<Grid>() + pieces * (kept + gap + Node::BYTES)
+    }
+
+    /// Over pieces whose places are to be apart where there are rows. The order of the references is made to suit.
+    pub fn new(mut ranges: Ranges, order: &[u32], rejected: &[u32], leaf_size: usize, gap: usize) -> (Self, Vec<u32>) {
+        let pieces = ranges.len();
+        let mut spread = vec![0; order.len() + gap * pieces + rejected.len()];
+        for piece in 0..pieces {
+            let from = ranges.place(piece).0;
+            let start = from.start + gap * piece;
+            spread[start..start + from.len()].copy_from_slice(&order[from]);
+        }
+        let end = spread.len() - rejected.len();
+        spread[end..].copy_from_slice(rejected);
+        ranges.spread(gap);
+        let on_demand = Self {
+            roots: Roots::new(pieces),
+            levels: (0..pieces).map(|piece| ranges.place(piece).1 as u16).collect(),
+            ranges,
+            leaf_size,
+            gap,
+            top: 0,
+            used: AtomicUsize::new(0),
+            depth: AtomicUsize::new(0),
+            leaves: AtomicUsize::new(0),
+            built: AtomicUsize::new(0),
+            triangles: AtomicUsize::new(0),
+            nanoseconds: AtomicU64::new(0),
+            #[cfg(test)]
+            failures: AtomicUsize::new(0),
+        };
+        (on_demand, spread)
+    }
+
+    /// The nodes of the top are laid down.
+    pub fn start_nodes(&mut self, nodes: usize) {
+        self.top = nodes;
+        self.used = AtomicUsize::new(nodes);
+        self.depth = AtomicUsize::new(self.levels.iter().copied().max().unwrap_or(0).into());
+    }
+
+    /// The records of the top are laid down.
+    pub fn start_records(&mut self, records: &[Record]) {
+        // Children stand behind their parents.
+        let mut levels = vec![1; records.len()];
+        for (index, record) in records.iter().enumerate() {
+            for lane in 0..WIDTH {
+                match record.child(lane).target() {
+                    Target::Record(0) | Target::Leaf { .. } => {}
+                    Target::Record(child) => levels[child] = levels[index] + 1,
+                    Target::Piece(piece) => self.levels[piece] = levels[index],
+                }
+            }
+        }
+        self.start_nodes(records.len());
+    }
+
+    /// How many nodes there were from the start.
+    pub fn top(&self) -> usize {
+        self.top
+    }
+
+    /// How many nodes or records there are.
+    pub fn used(&self) -> usize {
+        self.used.load(Ordering::Relaxed)
+    }
+
+    /// Depth of the deepest leaf, in records or nodes.
+    #[inline(always)]
+    pub fn depth(&self) -> usize {
+        self.depth.load(Ordering::Relaxed)
+    }
+
+    /// The root of a piece; none while another thread builds it. Built here if nobody does.
+    #[inline(always)]
+    pub fn enter(&self, tree: &Tree, piece: usize, triangles: &Triangles) -> Option<u32> {
+        match self.roots.built(piece) {
+            None => self.build_unless_busy(tree, piece, triangles),
+            root => root,
+        }
+    }
+
+    /// A function of its own, so it uses the lanes of no instruction set.
+    #[cold]
+    #[inline(never)]
+    fn build_unless_busy(&self, tree: &Tree, piece: usize, triangles: &Triangles) -> Option<u32> {
+        match self.roots.find(piece) {
+            Found::Built(root) => Some(root),
+            Found::Busy => None,
+            Found::Claimed(claim) => Some(self.build(tree, piece, triangles, claim)),
+        }
+    }
+
+    /// Build all that is not built yet.
+    pub fn build_all(&self, tree: &Tree, triangles: &Triangles, control: &Control) -> Result<(), Cancelled> {
+        control.start(self.roots.len());
+        (0..self.roots.len()).into_par_iter().try_for_each(|piece| {
+            control.advance(1)?;
+            while self.enter(tree, piece, triangles).is_none() {
+                std::thread::yield_now();
+            }
+            Ok(())
+        })
+    }
+
+    /// Look at a piece and at its root, if it is built, while nobody writes it.
+    pub fn look<R>(&self, piece: usize, look: impl FnOnce(ops::Range<usize>, Option<u32>) -> R) -> R {
+        loop {
+            let place = self.ranges.place(piece).0;
+            match self.roots.find(piece) {
+                Found::Built(root) => return look(place, Some(root)),
+                Found::Busy => std::thread::yield_now(),
+                Found::Claimed(_claim) => return look(place, None),
+            }
+        }
+    }
+
+    /// How many pieces there are.
+    pub fn pieces(&self) -> usize {
+        self.roots.len()
+    }
+
+    /// The ranges of unbuilt pieces, in a tree without places between them: their first references and their numbers.
+    pub fn unbuilt(&self) -> Vec<(usize, usize)> {
+        let place = |piece: usize| {
+            let place = self.ranges.place(piece).0;
+            (place.start - self.gap * piece, place.len())
+        };
+        (0..self.pieces()).filter(|&piece| self.roots.built(piece).is_none()).map(place).collect()
+    }
+
+    /// Rows in the order of the leaves, those of unbuilt pieces in that of their sorting; then the rejected ones.
+    pub fn order(&self, tree: &Tree) -> Vec<u32> {
+        let end = tree.order.len();
+        let mut order = Vec::with_capacity(end);
+        for piece in 0..self.pieces() {
+            self.look(piece, |place, _| order.extend_from_slice(tree.order.slice(place)));
+        }
+        order.extend_from_slice(tree.order.slice(end - tree.stats.rejected..end));
+        order
+    }
+
+    /// What the tree is and what it cost so far.
+    pub fn stats(&self, tree: &Tree) -> Stats {
+        let mut stats = tree.stats.clone();
+        let used = self.used.load(Ordering::Relaxed);
+        let built = self.built.load(Ordering::Relaxed);
+        let rows = self.triangles.load(Ordering::Relaxed);
+        stats.leaves = self.leaves.load(Ordering::Relaxed);
+        stats.unbuilt = self.pieces() - built;
+        stats.depth = self.depth();
+        let (each, numbers) = match &tree.wide {
+            Some(Wide { records, rows: shared, .. }) => {
+                stats.nodes = used + stats.leaves;
+                (records.stride(), if shared.is_empty() { 0 } else { 9 * (rows + GAP * built) })
+            }
+            None => {
+                // The root of a piece stands beside the node that was flagged.
+                stats.nodes = used - self.pieces();
+                (Node::BYTES, 0)
+            }
+        };
+        let kept = self.ranges.bytes() + self.pieces() * (size_of::<u32>() + size_of::<u16>());
+        stats.tree_bytes = each * used + numbers * size_of::<f32>() + tree.order.len() * size_of::<u32>() + kept;
+        stats.peak_build_bytes = stats.peak_build_bytes.max(stats.tree_bytes);
+        stats.build_seconds += self.nanoseconds.load(Ordering::Relaxed) as f64 * 1e-9;
+        stats
+    }
+
+    /// Build a piece. No other thread's work is done meanwhile: it might wait for this very piece.
+    fn build(&self, tree: &Tree, piece: usize, triangles: &Triangles, mut claim: Claim) -> u32 {
+        let start = Instant::now();
+        let _standard = FloatEnvironment::standard();
+        let (place, _) = self.ranges.place(piece);
+        let mut order = tree.order.slice(place.clone()).to_vec();
+        let level = usize::from(self.levels[piece]);
+        let (root, depth, leaves) = match &tree.wide {
+            None => {
+                let built = self.finish(ClassicNodes, piece, triangles, Places { order: &mut order, rows: &mut [] });
+                let first = self.used.fetch_add(built.nodes.len(), Ordering::Relaxed);
+                let nodes = tree.nodes.write(&mut claim, first..first + built.nodes.len());
+                for (place, node) in nodes.iter_mut().zip(&built.nodes) {
+                    *place = node.moved(first);
+                }
+                (first as u32, level + built.depth, built.leaves)
+            }
+            Some(Wide { records, rows, .. }) => {
+                let rows = if rows.is_empty() { 0..0 } else { 9 * place.start..9 * place.end };
+                let rows = tree.wide.as_ref().map_or(&mut [][..], |wide| wide.rows.write(&mut claim, rows));
+                let built = self.finish(WideRecords, piece, triangles, Places { order: &mut order, rows });
+                #[cfg(test)]
+                self.fail();
+                let root = match built.leaf {
+                    Some(leaf) => leaf.word(),
+                    None => self.write_records(records, &built.records, &mut claim),
+                };
+                (root, level + built.depth, built.leaves)
+            }
+        };
+        tree.order.write(&mut claim, place).copy_from_slice(&order);
+        self.depth.fetch_max(depth, Ordering::Relaxed);
+        self.leaves.fetch_add(leaves, Ordering::Relaxed);
+        self.triangles.fetch_add(order.len(), Ordering::Relaxed);
+        self.built.fetch_add(1, Ordering::Relaxed);
+        self.nanoseconds.fetch_add(start.elapsed().as_nanos() as u64, Ordering::Relaxed);
+        claim.publish(root);
+        root
+    }
+
+    /// Write the records of a piece behind those that there are; answers the word of the first.
+    fn write_records(&self, records: &Records, built: &[Record], claim: &mut Claim) -> u32 {
+        let first = self.used.fetch_add(built.len(), Ordering::Relaxed);
+        let range = first..first + built.len();
+        let moved = built.iter().map(|record| record.moved(first));
+        match records {
+            Records::Full(records) => {
+                for (place, record) in records.write(claim, range).iter_mut().zip(moved) {
+                    *place = record;
+                }
+            }
+            Records::Compact(records) => {
+                for (place, record) in records.write(claim, range).iter_mut().zip(moved) {
+                    *place = CompactRecord::new(&record);
+                }
+            }
+        }
+        first as u32
+    }
+
+    /// Split a piece all the way down, over the items that it had in the division.
+    fn finish<E: Emission>(&self, emission: E, piece: usize, triangles: &Triangles, places: Places) -> E::Piece {
+        match &self.ranges {
+            Ranges::Global { ranges, grid, others, row_bits } => {
+                let range = ranges[piece];
+                let recoded = (range.state.grid as usize).checked_sub(1).map(|other| {
+                    let [lower, upper] = others[other];
+                    Grid::new(lower, upper, *row_bits)
+                });
+                let items = keys_of_rows(triangles, recoded.as_ref().unwrap_or(grid), places.order);
+                let split = Global { triangles, row_bits: *row_bits, grids: None };
+                self.finish_by(split, emission, range, items, triangles, places)
+            }
+            Ranges::Local(ranges) => {
+                let items = collect_rows(triangles, places.order);
+                self.finish_by(Local, emission, ranges[piece], items, triangles, places)
+            }
+            Ranges::Sah(ranges) => {
+                let items = collect_rows(triangles, places.order);
+                self.finish_by(Sah, emission, ranges[piece], items, triangles, places)
+            }
+        }
+    }
+
+    fn finish_by<S: Split, E: Emission>(
+        &self,
+        split: S,
+        emission: E,
+        range: Range<S::State>,
+        mut items: Vec<S::Item>,
+        triangles: &Triangles,
+        places: Places,
+    ) -> E::Piece {
+        let control = &Control::default();
+        let frame = Frame { split, emission, triangles, leaf_size: self.leaf_size, longest: items.len(), control };
+        frame.finish(range, &mut items, places)
+    }
+
+    #[cfg(test)]
+    fn fail(&self) {
+        let fails = self.failures.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |left| left.checked_sub(1));
+        assert!(fails.is_err(), "a builder that was to fail");
+    }
+}
