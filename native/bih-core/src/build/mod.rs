@@ -143,14 +143,14 @@ fn unfinished(construction: &mut Construction, stats: &mut Stats) -> Result<Part
         let pieces = construction.pieces.take().expect("a construction on demand leaves pieces");
         OnDemand::new(pieces, order, &extent.rejected, options.largest_leaf(), gap)
     };
-    let (mut nodes, mut wide) = (Vec::new(), None);
+    let (mut nodes, mut room, mut wide) = (Vec::new(), 0, None);
     let (mut on_demand, spread);
     match options.layout {
         Layout::Classic => {
             nodes = construction.run(ClassicNodes, places)?.nodes;
             (on_demand, spread) = lay_out(construction, &order);
             on_demand.start_nodes(nodes.len());
-            nodes = with_room(&nodes, 2 * accepted.len() + on_demand.pieces());
+            room = 2 * accepted.len() + on_demand.pieces();
         }
         Layout::Wide | Layout::Compact => {
             let built = construction.run(WideRecords, places)?;
@@ -158,20 +158,18 @@ fn unfinished(construction: &mut Construction, stats: &mut Stats) -> Result<Part
             on_demand.start_records(&built.records);
             let room = options::most_records(accepted.len(), on_demand.pieces());
             let records = if options.layout == Layout::Compact {
-                Records::Compact(Shared::growing(with_room(&Records::compacted(&built.records), room)))
+                Records::Compact(Shared::growing(&Records::compacted(&built.records), room))
             } else {
-                Records::Full(Shared::growing(with_room(&built.records, room)))
+                Records::Full(Shared::growing(&built.records, room))
             };
             let numbers = if gap == 0 { 0 } else { 9 * (spread.len() - extent.rejected.len()) };
-            wide = Some(Wide { records, rows: Shared::growing(vec![0.0; numbers]), depth: built.depth });
+            wide = Some(Wide { records, rows: Shared::growing(&[], numbers), depth: built.depth });
         }
     }
-    Ok(Parts { nodes: Shared::growing(nodes), wide, order: Shared::growing(spread), on_demand: Some(on_demand) })
-}
-
-/// The same, and zeroed room for more, which takes no memory until it is used.
-fn with_room<T: bytemuck::Zeroable + Clone>(values: &[T], room: usize) -> Vec<T> {
-    let mut all = vec![T::zeroed(); room];
-    all[..values.len()].clone_from_slice(values);
-    all
+    Ok(Parts {
+        nodes: Shared::growing(&nodes, room),
+        wide,
+        order: Shared::growing(&spread, spread.len()),
+        on_demand: Some(on_demand),
+    })
 }
