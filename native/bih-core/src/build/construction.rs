@@ -9,7 +9,7 @@ use super::global::{Coding, Global, Grids};
 use super::keys::{Keys, row_bits};
 use super::leaves::Places;
 use super::local::Local;
-use super::on_demand::Ranges;
+use super::on_demand::{GAP, Pieces};
 use super::options::{Build, BuildOptions, Heuristic};
 use super::presort;
 use super::reference::{self, Reference};
@@ -28,7 +28,7 @@ pub struct Construction<'a> {
     pub presorted: bool,
     pub left_out: Vec<(&'static str, String)>,
     /// The pieces that are left to the rays.
-    pub pieces: Option<Ranges>,
+    pub pieces: Option<Pieces>,
     /// The most memory held at once, beside references and rows.
     pub peak_bytes: usize,
 }
@@ -43,12 +43,17 @@ impl Construction<'_> {
         }
     }
 
+    /// Places between two pieces.
+    pub fn gap(&self) -> usize {
+        if self.is_on_demand() && self.options.has_rows(self.accepted.triangles) { GAP } else { 0 }
+    }
+
     /// Whether pieces are left to the rays.
     pub fn is_on_demand(&self) -> bool {
         self.options.build == Build::OnDemand && self.accepted.len() > self.options.largest_piece()
     }
 
-    /// Build and fill the places; on demand only the order of the references, in which pieces are not yet split further.
+    /// Build and fill the places; on demand without them.
     pub fn run<E: Emission>(&mut self, emission: E, places: Places) -> Result<E::Output, Cancelled> {
         if self.accepted.len() == 0 {
             return Ok(E::Output::default());
@@ -122,7 +127,7 @@ impl Construction<'_> {
         let longest = self.options.largest_piece();
         let frame = Frame { split, emission, triangles, leaf_size, longest, control: self.control };
         let built = if self.is_on_demand() {
-            let (built, pieces) = frame.lay_out(items, state, places.order)?;
+            let (built, pieces) = frame.lay_out(items, state, self.gap())?;
             self.pieces = Some(pieces);
             built
         } else {

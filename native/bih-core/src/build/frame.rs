@@ -6,10 +6,11 @@
 use rayon::prelude::*;
 
 use super::leaves::{Places, box_of_rows, write_leaves};
-use super::on_demand::Ranges;
+use super::on_demand::{Pieces, Ranges};
 use super::treelet::Treelet;
 use crate::control::{Cancelled, Control};
 use crate::geometry::{Bounds, Triangles};
+use crate::pages;
 use crate::simd::{FloatEnvironment, Kernel, Lanes, dispatch};
 use crate::tree::MAX_DEPTH;
 
@@ -133,7 +134,7 @@ impl<S: Split, E: Emission> Frame<'_, S, E> {
         let mut treelet = Treelet::default();
         let mut ranges = Vec::new();
         flatten(top, &mut treelet, &mut ranges);
-        let work = share(ranges, &mut items, Places { order, rows });
+        let work = share(ranges, &mut items, Places { order, rows }, 0);
         let pieces = work
             .into_par_iter()
             .map_init(Default::default, |(treelet, scratch), piece| self.piece(piece, treelet, scratch))
@@ -154,19 +155,20 @@ impl<S: Split, E: Emission> Frame<'_, S, E> {
         Ok(Constructed { output, skipped, peak_bytes })
     }
 
-    /// Divide the items into pieces that are built later. Leaves the rows of each in `order`, in the order of the items.
+    /// Divide the items into pieces that are built later, and keep the rows of each in the order of the items.
     pub fn lay_out(
         self,
         mut items: Vec<S::Item>,
         state: S::State,
-        order: &mut [u32],
-    ) -> Result<(Constructed<E::Output>, Ranges), Cancelled> {
-        let count = order.len();
+        gap: usize,
+    ) -> Result<(Constructed<E::Output>, Pieces), Cancelled> {
+        let count = items.len();
         let top = self.divide(&mut items, Range { first: 0, count, depth: 0, state })?;
         let mut treelet = Treelet::default();
         let mut ranges = Vec::new();
         flatten(top, &mut treelet, &mut ranges);
-        let work = share::<S>(ranges, &mut items, Places { order, rows: &mut [] });
+        let mut order = pages::zeroed(count + gap * ranges.len());
+        let work = share::<S>(ranges, &mut items, Places { order: &mut order, rows: &mut [] }, gap);
         let (ranges, boxes): (Vec<_>, Vec<_>) = work
             .into_par_iter()
             .map(|Work { range, items, places }| {
@@ -188,8 +190,9 @@ impl<S: Split, E: Emission> Frame<'_, S, E> {
         treelet.unite();
         let pieces = (0..ranges.len()).map(|number| self.emission.unbuilt(number)).collect();
         let output = self.emission.join(&treelet, pieces);
-        let constructed = Constructed { output, skipped: treelet.skipped, peak_bytes: items_bytes };
-        Ok((constructed, self.split.kept(ranges)))
+        let peak_bytes = items_bytes + size_of_val(&order[..]);
+        let constructed = Constructed { output, skipped: treelet.skipped, peak_bytes };
+        Ok((constructed, Pieces { ranges: self.split.kept(ranges), order }))
     }
 
     /// Build one piece over its items.
@@ -270,18 +273,22 @@ struct Work<'a, S: Split> {
     places: Places<'a>,
 }
 
+/// Give each range what belongs to it; `gap` places belong to none behind each.
 fn share<'a, S: Split>(
     ranges: Vec<Range<S::State>>,
     mut items: &'a mut [S::Item],
     places: Places<'a>,
+    gap: usize,
 ) -> Vec<Work<'a, S>> {
     let Places { mut order, mut rows } = places;
     let mut work = Vec::with_capacity(ranges.len());
-    for range in ranges {
+    for (number, mut range) in ranges.into_iter().enumerate() {
+        range.first += gap * number;
         let (mine, places);
         (mine, items) = items.split_at_mut(range.count.min(items.len()));
         (places, order, rows) = {
             let (order, other_order) = order.split_at_mut(range.count);
+            let other_order = &mut other_order[gap..];
             let (rows, other_rows) = rows.split_at_mut((9 * range.count).min(rows.len()));
             (Places { order, rows }, other_order, other_rows)
         };

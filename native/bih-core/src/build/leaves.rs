@@ -1,6 +1,6 @@
 //! Writing leaves: their references in the order of the rows, their triangles, their boxes.
 
-use super::source::{Coordinate, Reading, Source, box_of, least, most, read};
+use super::source::{Coordinate, Reading, Source, box_of, each_row, least, most, read};
 use super::treelet::{Branch, Treelet};
 use crate::geometry::{Bounds, Triangles};
 
@@ -33,20 +33,9 @@ impl Reading for BoxOf<'_> {
 
     #[inline(always)]
     fn run<S: Source>(self, source: S) -> Bounds {
-        prefetch(source, self.rows);
-        let corners = self.rows.iter().map(|&row| source.corners(row as usize));
-        bounds(corners.fold(empty::<S::Scalar>(), |all, corners| union(all, box_of(&corners))))
-    }
-}
-
-/// The triangles lie anywhere: ask for all of them before the first one is waited for.
-#[inline(always)]
-fn prefetch<S: Source>(source: S, rows: &[u32]) {
-    for &row in rows {
-        source.prefetch_row(row as usize);
-    }
-    for &row in rows {
-        source.prefetch_corners(row as usize);
+        let mut all = empty::<S::Scalar>();
+        each_row(source, self.rows, |_, corners| all = union(all, box_of(&corners)));
+        bounds(all)
     }
 }
 
@@ -62,7 +51,13 @@ impl Reading for Leaves<'_> {
 
     #[inline(always)]
     fn run<S: Source>(self, source: S) {
-        prefetch(source, self.order);
+        // The triangles lie anywhere: ask for all of them before the first one is waited for.
+        for &reference in &*self.order {
+            source.prefetch_row(reference as usize);
+        }
+        for &reference in &*self.order {
+            source.prefetch_corners(reference as usize);
+        }
         for &leaf in self.leaves {
             let leaf = &mut self.branches[leaf as usize];
             let (first, count) = (leaf.first as usize, leaf.count as usize);

@@ -28,6 +28,7 @@ use self::construction::Construction;
 use self::extent::Extent;
 use self::leaves::Places;
 pub(crate) use self::on_demand::OnDemand;
+use self::on_demand::Pieces;
 pub use self::options::{Build, BuildOptions, DEFAULT_LEAF_SIZE, DEFAULT_WIDE_LEAF_SIZE, Heuristic, Layout, Precision};
 use self::wide::WideRecords;
 use crate::control::Control;
@@ -135,41 +136,32 @@ fn finished(construction: &mut Construction, stats: &mut Stats) -> Result<Parts,
 /// The upper nodes, and room for the pieces that rays will come to.
 fn unfinished(construction: &mut Construction, stats: &mut Stats) -> Result<Parts, Error> {
     let Construction { accepted, extent, options, .. } = *construction;
-    let mut order = pages::zeroed(accepted.len());
-    stats.peak_build_bytes = size_of_val(&order[..]) + size_of_val(&extent.rejected[..]);
-    let places = Places { order: &mut order, rows: &mut [] };
-    let gap = if options.has_rows(accepted.triangles) { on_demand::GAP } else { 0 };
-    let lay_out = |construction: &mut Construction, order: &[u32]| {
-        let pieces = construction.pieces.take().expect("a construction on demand leaves pieces");
-        OnDemand::new(pieces, order, &extent.rejected, options.largest_leaf(), gap)
-    };
-    let (mut nodes, mut room, mut wide) = (Vec::new(), 0, None);
-    let (mut on_demand, spread);
+    let gap = construction.gap();
+    let places = Places { order: &mut [], rows: &mut [] };
+    let (mut nodes, mut records) = (Vec::new(), Vec::new());
     match options.layout {
-        Layout::Classic => {
-            nodes = construction.run(ClassicNodes, places)?.nodes;
-            (on_demand, spread) = lay_out(construction, &order);
-            on_demand.start_nodes(nodes.len());
-            room = 2 * accepted.len() + on_demand.pieces();
-        }
-        Layout::Wide | Layout::Compact => {
-            let built = construction.run(WideRecords, places)?;
-            (on_demand, spread) = lay_out(construction, &order);
-            on_demand.start_records(&built.records);
-            let room = options::most_records(accepted.len(), on_demand.pieces());
-            let records = if options.layout == Layout::Compact {
-                Records::Compact(Shared::growing(&Records::compacted(&built.records), room))
-            } else {
-                Records::Full(Shared::growing(&built.records, room))
-            };
-            let numbers = if gap == 0 { 0 } else { 9 * (spread.len() - extent.rejected.len()) };
-            wide = Some(Wide { records, rows: Shared::growing(&[], numbers), depth: built.depth });
-        }
+        Layout::Classic => nodes = construction.run(ClassicNodes, places)?.nodes,
+        Layout::Wide | Layout::Compact => records = construction.run(WideRecords, places)?.records,
     }
-    Ok(Parts {
-        nodes: Shared::growing(&nodes, room),
-        wide,
-        order: Shared::growing(&spread, spread.len()),
-        on_demand: Some(on_demand),
-    })
+    let Pieces { ranges, mut order } = construction.pieces.take().expect("a construction on demand leaves pieces");
+    let mut on_demand = OnDemand::new(ranges, options.largest_leaf(), gap);
+    let (mut room, mut wide) = (0, None);
+    if options.layout == Layout::Classic {
+        on_demand.start_nodes(nodes.len());
+        room = 2 * accepted.len() + on_demand.pieces();
+    } else {
+        on_demand.start_records(&records);
+        let room = options::most_records(accepted.len(), on_demand.pieces());
+        let records = if options.layout == Layout::Compact {
+            Records::Compact(Shared::growing(&Records::compacted(&records), room))
+        } else {
+            Records::Full(Shared::growing(&records, room))
+        };
+        let numbers = if gap == 0 { 0 } else { 9 * order.len() };
+        wide = Some(Wide { records, rows: Shared::growing(&[], numbers), depth: on_demand.depth() });
+    }
+    order.reserve_exact(extent.rejected.len());
+    order.extend_from_slice(&extent.rejected);
+    stats.peak_build_bytes = size_of_val(&extent.rejected[..]);
+    Ok(Parts { nodes: Shared::growing(&nodes, room), wide, order: Shared::partly(order), on_demand: Some(on_demand) })
 }

@@ -29,6 +29,12 @@ use crate::tree::{Claim, CompactRecord, Found, Node, Record, Records, Roots, Sta
 /// next piece, which may be in the making.
 pub const GAP: usize = WIDTH - 1;
 
+/// What a division leaves to the rays: its pieces, and the rows of all of them, piece after piece.
+pub struct Pieces {
+    pub ranges: Ranges,
+    pub order: Vec<u32>,
+}
+
 /// The pieces of a division, and what is needed to split them as if the items were still there.
 #[derive(Debug)]
 pub enum Ranges {
@@ -56,19 +62,6 @@ impl Ranges {
         match self {
             Self::Global { ranges, .. } => place(&ranges[piece]),
             Self::Local(ranges) | Self::Sah(ranges) => place(&ranges[piece]),
-        }
-    }
-
-    /// Put as many places more between any two pieces.
-    fn spread(&mut self, gap: usize) {
-        fn spread<T>(ranges: &mut [Range<T>], gap: usize) {
-            for (number, range) in ranges.iter_mut().enumerate() {
-                range.first += gap * number;
-            }
-        }
-        match self {
-            Self::Global { ranges, .. } => spread(ranges, gap),
-            Self::Local(ranges) | Self::Sah(ranges) => spread(ranges, gap),
         }
     }
 
@@ -116,19 +109,10 @@ impl OnDemand {
         size_of::<Grid>() + pieces * (kept + gap + Node::BYTES)
     }
 
-    /// Over pieces whose places are to be apart where there are rows. The order of the references is made to suit.
-    pub fn new(mut ranges: Ranges, order: &[u32], rejected: &[u32], leaf_size: usize, gap: usize) -> (Self, Vec<u32>) {
+    /// Over pieces with so many places between two of them.
+    pub fn new(ranges: Ranges, leaf_size: usize, gap: usize) -> Self {
         let pieces = ranges.len();
-        let mut spread = vec![0; order.len() + gap * pieces + rejected.len()];
-        for piece in 0..pieces {
-            let from = ranges.place(piece).0;
-            let start = from.start + gap * piece;
-            spread[start..start + from.len()].copy_from_slice(&order[from]);
-        }
-        let end = spread.len() - rejected.len();
-        spread[end..].copy_from_slice(rejected);
-        ranges.spread(gap);
-        let on_demand = Self {
+        Self {
             roots: Roots::new(pieces),
             levels: (0..pieces).map(|piece| ranges.place(piece).1 as u16).collect(),
             ranges,
@@ -143,8 +127,7 @@ impl OnDemand {
             nanoseconds: AtomicU64::new(0),
             #[cfg(test)]
             failures: AtomicUsize::new(0),
-        };
-        (on_demand, spread)
+        }
     }
 
     /// The nodes of the top are laid down.

@@ -4,7 +4,7 @@ use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 
 use super::accepted::{Accepted, CHUNK};
-use super::source::{Coordinate, Reading, Source, box_of, least, most, read};
+use super::source::{Coordinate, Reading, Source, box_of, each_row, least, most, read};
 use crate::control::{Cancelled, Control};
 use crate::geometry::Triangles;
 use crate::simd::{FloatEnvironment, Lanes};
@@ -69,7 +69,9 @@ impl Reading for CollectRows<'_> {
 
     #[inline(always)]
     fn run<S: Source>(self, source: S) -> Vec<Reference> {
-        self.rows.iter().map(|&row| Reference::of(&source.corners(row as usize), row)).collect()
+        let mut references = Vec::with_capacity(self.rows.len());
+        each_row(source, self.rows, |place, corners| references.push(Reference::of(&corners, self.rows[place])));
+        references
     }
 }
 

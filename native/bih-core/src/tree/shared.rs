@@ -25,8 +25,8 @@ pub struct Shared<T> {
 
 /// What is given back to the allocator.
 enum Storage {
-    /// The items, all of which were there from the start.
-    Whole,
+    /// The items, all of which were there from the start. They may have been the last.
+    Items { are_last: bool },
     /// The lines among which they are.
     Growing(NonNull<[Line]>),
 }
@@ -44,8 +44,8 @@ unsafe impl<T: Send + Sync> Sync for Shared<T> {}
 impl<T> Drop for Shared<T> {
     fn drop(&mut self) {
         match self.storage {
-            // SAFETY: the pointer is that of the box that `whole` took apart, and nobody borrows the array any more.
-            Storage::Whole => {
+            // SAFETY: the pointer is that of the box that `of` took apart, and nobody borrows the array any more.
+            Storage::Items { .. } => {
                 drop(unsafe { Box::from_raw(NonNull::slice_from_raw_parts(self.start, self.len).as_ptr()) })
             }
             // SAFETY: the same of `growing`; items are plain numbers, which are not dropped.
@@ -57,8 +57,17 @@ impl<T> Drop for Shared<T> {
 impl<T: Pod> Shared<T> {
     /// An array that is never written again.
     pub(crate) fn whole(values: Vec<T>) -> Self {
+        Self::of(values, true)
+    }
+
+    /// An array with items that are still to be written again.
+    pub(crate) fn partly(values: Vec<T>) -> Self {
+        Self::of(values, false)
+    }
+
+    fn of(values: Vec<T>, are_last: bool) -> Self {
         let values = NonNull::from(Box::leak(values.into_boxed_slice()));
-        Self { start: values.cast(), len: values.len(), storage: Storage::Whole, items: PhantomData }
+        Self { start: values.cast(), len: values.len(), storage: Storage::Items { are_last }, items: PhantomData }
     }
 
     /// An array of these items and of zeroed ones that are still to be written. They take no memory until they are.
@@ -129,7 +138,7 @@ impl<T: Pod> Shared<T> {
 
     /// All items; none where some are still to be written.
     pub fn all(&self) -> Option<&[T]> {
-        matches!(self.storage, Storage::Whole).then(|| self.slice(0..self.len))
+        matches!(self.storage, Storage::Items { are_last: true }).then(|| self.slice(0..self.len))
     }
 }
 
