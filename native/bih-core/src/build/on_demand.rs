@@ -286,8 +286,6 @@ impl OnDemand {
                 let rows = if rows.is_empty() { 0..0 } else { 9 * place.start..9 * place.end };
                 let rows = tree.wide.as_ref().map_or(&mut [][..], |wide| wide.rows.write(&mut claim, rows));
                 let built = self.finish(WideRecords, piece, triangles, Places { order: &mut order, rows });
-                #[cfg(test)]
-                self.fail();
                 let root = match built.leaf {
                     Some(leaf) => leaf.word(),
                     None => self.write_records(records, &built.records, &mut claim),
@@ -360,12 +358,73 @@ impl OnDemand {
     ) -> E::Piece {
         let control = &Control::default();
         let frame = Frame { split, emission, triangles, leaf_size: self.leaf_size, longest: items.len(), control };
-        frame.finish(range, &mut items, places)
+        let piece = frame.finish(range, &mut items, places);
+        #[cfg(test)]
+        self.fail();
+        piece
     }
 
     #[cfg(test)]
     fn fail(&self) {
         let fails = self.failures.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |left| left.checked_sub(1));
         assert!(fails.is_err(), "a builder that was to fail");
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::build::{Build, Heuristic, Layout, build};
+    use crate::geometry::{Ray, Vertices};
+    use crate::traverse::{Stack, Tracer, Way, naive_closest};
+    use crate::tree::validate;
+
+    /// Triangles in a row, and a ray through each of them.
+    fn row_of(count: usize) -> (Vec<[f32; 3]>, Vec<Ray>) {
+        let at = |i: usize| i as f32 * 1.5;
+        let soup = (0..count).flat_map(|i| [[at(i), 0.1, 0.0], [at(i) + 1.0, 0.2, 0.1], [at(i) + 0.3, 1.1, 0.2]]);
+        let rays = (0..count).map(|i| Ray::new([f64::from(at(i)) + 0.4, 0.4, -3.0], [0.01, 0.02, 1.0]));
+        (soup.collect(), rays.collect())
+    }
+
+    /// Also the test of what Miri sees of the shared arrays: some threads at once, in all layouts.
+    #[test]
+    fn builders_that_fail_leave_a_tree_that_is_usable() {
+        let (soup, rays) = row_of(if cfg!(miri) { 40 } else { 400 });
+        let triangles = Triangles::new(Vertices::F32(&soup), None).unwrap();
+        for (layout, heuristic) in [
+            (Layout::Classic, Heuristic::Global),
+            (Layout::Wide, Heuristic::Global),
+            (Layout::Wide, Heuristic::Sah),
+            (Layout::Compact, Heuristic::Local),
+        ] {
+            let options =
+                BuildOptions { layout, heuristic, build: Build::OnDemand, piece: Some(16), ..Default::default() };
+            let tree = build(&triangles, &options, &Control::default()).unwrap();
+            let on_demand = tree.on_demand.as_ref().unwrap();
+            on_demand.failures.store(3, Ordering::Relaxed);
+            let trace = |way| {
+                let mut hits = vec![None; rays.len()];
+                Tracer::new(&tree, &triangles).closest(&rays, way, &mut Stack::default(), &mut hits);
+                hits
+            };
+            // Each way on a thread of its own, which may meet a builder that fails.
+            let failed: usize = std::thread::scope(|scope| {
+                let ways =
+                    [Way::Alone, Way::InFlight, Way::Packets, Way::InFlight].map(|way| scope.spawn(move || trace(way)));
+                ways.into_iter().map(|way| usize::from(way.join().is_err())).sum()
+            });
+            assert!((1..=3).contains(&failed), "{layout:?}: {failed} failed");
+            on_demand.failures.store(0, Ordering::Relaxed);
+            validate(&tree, &triangles).unwrap();
+            let expected: Vec<_> = rays.iter().map(|ray| naive_closest(&tree, &triangles, ray)).collect();
+            assert!(expected.iter().all(Option::is_some));
+            for way in [Way::Alone, Way::InFlight, Way::Packets] {
+                assert_eq!(trace(way), expected, "{layout:?} {way:?}");
+            }
+            on_demand.build_all(&tree, &triangles, &Control::default()).unwrap();
+            assert_eq!(on_demand.built.load(Ordering::Relaxed), on_demand.pieces());
+            validate(&tree, &triangles).unwrap();
+        }
     }
 }

@@ -4,10 +4,10 @@
 //! its word by a store that releases all that was written before. Nobody waits in here: who finds a piece busy does
 //! something else first. A builder that fails gives its claim back.
 
-#[cfg(not(loom))]
+#[cfg(not(all(test, loom)))]
 use std::sync::atomic::{AtomicU32, Ordering};
 
-#[cfg(loom)]
+#[cfg(all(test, loom))]
 use loom::sync::atomic::{AtomicU32, Ordering};
 
 /// No words of a root: indices of nodes and records stay below 2^30, and words of leaves have bit 31 set.
@@ -76,5 +76,128 @@ impl Claim<'_> {
 impl Drop for Claim<'_> {
     fn drop(&mut self) {
         self.root.store(self.word, Ordering::Release);
+    }
+}
+
+/// Every order in which threads can meet: `make test-loom`.
+#[cfg(all(test, loom))]
+mod tests {
+    use loom::cell::UnsafeCell;
+    use loom::sync::Arc;
+    use loom::thread;
+
+    use super::*;
+
+    /// Pieces of one number each, which loom watches: it fails where one is read and written at once, or read unwritten.
+    struct Model {
+        roots: Roots,
+        numbers: [UnsafeCell<u32>; 2],
+        builds: AtomicU32,
+    }
+
+    impl Model {
+        fn new() -> Arc<Self> {
+            Arc::new(Self {
+                roots: Roots::new(2),
+                numbers: [UnsafeCell::new(0), UnsafeCell::new(0)],
+                builds: AtomicU32::new(0),
+            })
+        }
+
+        /// As a ray does: the root of a piece, which is built if nobody has; none while another thread is at it.
+        fn enter(&self, piece: usize) -> Option<u32> {
+            if let Some(root) = self.roots.built(piece) {
+                return Some(root);
+            }
+            match self.roots.find(piece) {
+                Found::Built(root) => Some(root),
+                Found::Busy => None,
+                Found::Claimed(claim) => {
+                    self.write(piece);
+                    self.builds.fetch_add(1, Ordering::Relaxed);
+                    claim.publish(7);
+                    Some(7)
+                }
+            }
+        }
+
+        #[expect(unsafe_code, reason = "loom checks what it stands for")]
+        fn write(&self, piece: usize) {
+            // SAFETY: loom fails if anybody else has it meanwhile.
+            self.numbers[piece].with_mut(|number| unsafe { *number = 42 });
+        }
+
+        #[expect(unsafe_code, reason = "loom checks what it stands for")]
+        fn read(&self, piece: usize) -> u32 {
+            // SAFETY: loom fails if anybody writes it meanwhile.
+            self.numbers[piece].with(|number| unsafe { *number })
+        }
+
+        /// Enter and read, unless the piece is busy.
+        fn visit(&self, piece: usize) -> bool {
+            let root = self.enter(piece);
+            assert!(root.is_none() || self.read(piece) == 42);
+            root.is_some()
+        }
+
+        /// The same, waiting.
+        fn trace(&self, piece: usize) {
+            while !self.visit(piece) {
+                thread::yield_now();
+            }
+        }
+    }
+
+    #[test]
+    fn one_thread_builds_a_piece_and_all_read_it() {
+        loom::model(|| {
+            let model = Model::new();
+            let threads: Vec<_> = (0..2)
+                .map(|_| {
+                    let model = model.clone();
+                    thread::spawn(move || model.visit(0))
+                })
+                .collect();
+            model.visit(0);
+            for thread in threads {
+                thread.join().unwrap();
+            }
+            assert!(model.visit(0));
+            assert_eq!(model.builds.load(Ordering::Relaxed), 1);
+        });
+    }
+
+    #[test]
+    fn pieces_are_independent() {
+        loom::model(|| {
+            let model = Model::new();
+            let other = model.clone();
+            let thread = thread::spawn(move || {
+                other.trace(1);
+                other.trace(0);
+            });
+            model.trace(0);
+            model.trace(1);
+            thread.join().unwrap();
+            assert_eq!(model.builds.load(Ordering::Relaxed), 2);
+        });
+    }
+
+    #[test]
+    fn a_builder_that_fails_leaves_the_piece_to_the_next() {
+        loom::model(|| {
+            let model = Model::new();
+            let other = model.clone();
+            let thread = thread::spawn(move || {
+                if let Found::Claimed(claim) = other.roots.find(0) {
+                    other.write(0);
+                    // As a panic does.
+                    drop(claim);
+                }
+            });
+            model.trace(0);
+            thread.join().unwrap();
+            assert!(model.builds.load(Ordering::Relaxed) == 1 && model.roots.built(0) == Some(7));
+        });
     }
 }

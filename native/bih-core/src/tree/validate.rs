@@ -216,7 +216,7 @@ mod tests {
             build(&triangles, &BuildOptions { leaf_size: Some(1), ..Default::default() }, &Control::default()).unwrap()
         };
         assert_eq!(validate(&good(), &triangles), Ok(()));
-        fn spoil<T: Copy>(values: &mut Shared<T>, spoil: impl FnOnce(&mut Vec<T>)) {
+        fn spoil<T: bytemuck::Pod>(values: &mut Shared<T>, spoil: impl FnOnce(&mut Vec<T>)) {
             let mut spoilt = values.all().unwrap().to_vec();
             spoil(&mut spoilt);
             *values = Shared::whole(spoilt);
