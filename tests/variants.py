@@ -34,6 +34,9 @@ VARIANTS = (
     Variant("leaf-64", {"leaf_size": 64, "threads": 1}),
     Variant("wide", {"layout": "wide"}),
     Variant("compact", {"layout": "compact", "threads": 2}),
+    Variant("on-demand", {"layout": "wide", "build": "on_demand"}),
+    Variant("on-demand-classic-sah", {"build": "on_demand", "heuristic": "sah", "threads": 3}),
+    Variant("on-demand-compact-local", {"layout": "compact", "build": "on_demand", "heuristic": "local"}),
     Variant("wide-leaf-3-sah", {"layout": "wide", "leaf_size": 3, "heuristic": "sah", "threads": 3}),
 )
 
@@ -41,6 +44,7 @@ VARIANTS = (
 FAST_VARIANTS = (
     Variant("fast", {"layout": "wide", "precision": "fast"}),
     Variant("fast-leaf-3", {"layout": "wide", "precision": "fast", "leaf_size": 3, "threads": 3}),
+    Variant("fast-on-demand", {"layout": "wide", "precision": "fast", "build": "on_demand"}),
     Variant("fast-classic", {"layout": "classic", "precision": "fast"}),
 )
 

@@ -6,7 +6,7 @@
 use rayon::prelude::*;
 
 use super::leaves::{Places, box_of_rows, write_leaves};
-use super::on_demand::{Pieces, Ranges};
+use super::pieces::{Pieces, Ranges};
 use super::treelet::Treelet;
 use crate::control::{Cancelled, Control};
 use crate::geometry::{Bounds, Triangles};
@@ -15,7 +15,7 @@ use crate::simd::{FloatEnvironment, Kernel, Lanes, dispatch};
 use crate::tree::MAX_DEPTH;
 
 /// Ranges of at most this many items are one piece of work: docs/decisions/on-demand.md.
-pub const PIECE: usize = 4096;
+pub const PIECE: usize = 1024;
 
 /// Pieces that there are at most: every other range has more items, and those at one depth are apart.
 pub fn most_pieces(items: usize, longest: usize) -> usize {

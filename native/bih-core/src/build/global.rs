@@ -5,7 +5,7 @@ use std::sync::{Mutex, PoisonError};
 use super::frame::{Cut, Range, Split};
 use super::grid::{Axes, Grid};
 use super::keys::{recode, row_mask};
-use super::on_demand::Ranges;
+use super::pieces::Ranges;
 use crate::geometry::Triangles;
 use crate::simd::Lanes;
 use crate::tree::MAX_SPATIAL_DEPTH;

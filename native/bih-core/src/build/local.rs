@@ -1,7 +1,7 @@
 //! The local heuristic: halve the longest side of the box that holds the centres.
 
 use super::frame::{Cut, Range, Split};
-use super::on_demand::Ranges;
+use super::pieces::Ranges;
 use super::reference::Reference;
 use super::source::{least, most};
 use crate::simd::Lanes;

@@ -10,70 +10,15 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use super::classic::ClassicNodes;
-use super::frame::{Emission, Frame, Range, Split};
-use super::global::{Coding, Global};
-use super::grid::Grid;
-use super::keys::keys_of_rows;
+use super::frame::Emission;
 use super::leaves::Places;
-use super::local::Local;
 use super::options::BuildOptions;
-use super::reference::collect_rows;
-use super::sah::Sah;
+use super::pieces::{GAP, Ranges};
 use super::wide::WideRecords;
 use crate::control::{Cancelled, Control};
 use crate::geometry::Triangles;
 use crate::simd::FloatEnvironment;
 use crate::tree::{Claim, CompactRecord, Found, Node, Record, Records, Roots, Stats, Target, Tree, WIDTH, Wide};
-
-/// Places between the references of two pieces: whole vectors that begin in the rows of a leaf end before those of the
-/// next piece, which may be in the making.
-pub const GAP: usize = WIDTH - 1;
-
-/// What a division leaves to the rays: its pieces, and the rows of all of them, piece after piece.
-pub struct Pieces {
-    pub ranges: Ranges,
-    pub order: Vec<u32>,
-}
-
-/// The pieces of a division, and what is needed to split them as if the items were still there.
-#[derive(Debug)]
-pub enum Ranges {
-    /// Of keys. The grid is the scene's; of others the boxes are kept.
-    Global { ranges: Vec<Range<Coding>>, grid: Grid, others: Vec<[[f64; 3]; 2]>, row_bits: u32 },
-    /// Of references.
-    Local(Vec<Range<()>>),
-    /// Of references.
-    Sah(Vec<Range<()>>),
-}
-
-impl Ranges {
-    pub fn len(&self) -> usize {
-        match self {
-            Self::Global { ranges, .. } => ranges.len(),
-            Self::Local(ranges) | Self::Sah(ranges) => ranges.len(),
-        }
-    }
-
-    /// Where the references of a piece are, and how deep it hangs.
-    fn place(&self, piece: usize) -> (ops::Range<usize>, u32) {
-        fn place<T>(range: &Range<T>) -> (ops::Range<usize>, u32) {
-            (range.first..range.first + range.count, range.depth)
-        }
-        match self {
-            Self::Global { ranges, .. } => place(&ranges[piece]),
-            Self::Local(ranges) | Self::Sah(ranges) => place(&ranges[piece]),
-        }
-    }
-
-    fn bytes(&self) -> usize {
-        match self {
-            Self::Global { ranges, others, .. } => {
-                size_of::<Grid>() + size_of_val(&ranges[..]) + size_of_val(&others[..])
-            }
-            Self::Local(ranges) | Self::Sah(ranges) => size_of_val(&ranges[..]),
-        }
-    }
-}
 
 /// What of a tree is built when rays come to it, and what that has cost so far.
 #[derive(Debug)]
@@ -104,9 +49,9 @@ pub struct OnDemand {
 impl OnDemand {
     /// Bytes that the pieces take beside what is built of them, never exceeded.
     pub fn bound_bytes(options: &BuildOptions, triangles: &Triangles, pieces: usize) -> usize {
-        let kept = size_of::<Range<Coding>>() + size_of::<[[f64; 3]; 2]>() + size_of::<u32>() + size_of::<u16>();
         let gap = if options.has_rows(triangles) { GAP * (size_of::<u32>() + 9 * size_of::<f32>()) } else { 0 };
-        size_of::<Grid>() + pieces * (kept + gap + Node::BYTES)
+        let each = size_of::<u32>() + size_of::<u16>() + gap + Node::BYTES;
+        Ranges::bound_bytes(pieces) + pieces * each
     }
 
     /// Over pieces with so many places between two of them.
@@ -323,45 +268,11 @@ impl OnDemand {
         first as u32
     }
 
-    /// Split a piece all the way down, over the items that it had in the division.
     fn finish<E: Emission>(&self, emission: E, piece: usize, triangles: &Triangles, places: Places) -> E::Piece {
-        match &self.ranges {
-            Ranges::Global { ranges, grid, others, row_bits } => {
-                let range = ranges[piece];
-                let recoded = (range.state.grid as usize).checked_sub(1).map(|other| {
-                    let [lower, upper] = others[other];
-                    Grid::new(lower, upper, *row_bits)
-                });
-                let items = keys_of_rows(triangles, recoded.as_ref().unwrap_or(grid), places.order);
-                let split = Global { triangles, row_bits: *row_bits, grids: None };
-                self.finish_by(split, emission, range, items, triangles, places)
-            }
-            Ranges::Local(ranges) => {
-                let items = collect_rows(triangles, places.order);
-                self.finish_by(Local, emission, ranges[piece], items, triangles, places)
-            }
-            Ranges::Sah(ranges) => {
-                let items = collect_rows(triangles, places.order);
-                self.finish_by(Sah, emission, ranges[piece], items, triangles, places)
-            }
-        }
-    }
-
-    fn finish_by<S: Split, E: Emission>(
-        &self,
-        split: S,
-        emission: E,
-        range: Range<S::State>,
-        mut items: Vec<S::Item>,
-        triangles: &Triangles,
-        places: Places,
-    ) -> E::Piece {
-        let control = &Control::default();
-        let frame = Frame { split, emission, triangles, leaf_size: self.leaf_size, longest: items.len(), control };
-        let piece = frame.finish(range, &mut items, places);
+        let built = self.ranges.finish(emission, piece, triangles, self.leaf_size, places);
         #[cfg(test)]
         self.fail();
-        piece
+        built
     }
 
     #[cfg(test)]

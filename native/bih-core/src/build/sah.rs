@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::frame::{Cut, Range as Piece, Split};
 use super::local::{Centres, by_median, halve, partition};
-use super::on_demand::Ranges;
+use super::pieces::Ranges;
 use super::reference::Reference;
 use crate::simd::Lanes;
 use crate::tree::{MAX_SPATIAL_DEPTH, WIDTH};

@@ -185,7 +185,9 @@ class Tree:
         presort: the bucket sort before the global heuristic, which changes no bit of the tree; None: where it pays.
         precision: "watertight" decides every hit exactly; "fast" is single precision throughout, for previews: rays may
             slip through edges, and docs/accuracy.md says what else may happen.
-        structure, build: what this version has.
+        build: "eager" builds all of the tree now; "on_demand" lays down its upper nodes, and rays build what they come to:
+            for views that need a part of a large mesh (docs/decisions/on-demand.md). Every answer is the same.
+        structure: what this version has.
         leaf_size: most triangles of a leaf; None: 4, or 8 of wide records, which hold no more.
         threads: of construction and queries; 0: all cores this process may use.
         copy: False: borrow the arrays, which become read-only; one that has to be converted is copied all the same.
@@ -217,13 +219,17 @@ class Tree:
     def nodes(self, *, max_depth: int | None = None, limit: int | None = None) -> NDArray[np.void]:
         """The tree as a structured array, one row a node, breadth first, the left child before the right one.
 
-        Fields: parent i4 (-1 for the root), depth i4, kind u1 (0 inner, 1 leaf), axis i1 (-1 where not inner), clip
+        Fields: parent i4 (-1 for the root), depth i4, kind u1 (0 inner, 1 leaf, 2 not yet subdivided), axis i1 (-1 where not inner), clip
         f4[2] (the left child's upper plane, the right child's lower plane; NaN where not inner), lower f4[3], upper
         f4[3] (the box that the clip planes on the way down cut from the bounds), first i8, count i8 (the node's range
         in order())."""
 
     def order(self) -> NDArray[np.int32]:
-        """(T,) the caller's rows in leaf order, then the rejected ones; a permutation."""
+        """(T,) the caller's rows in leaf order, then the rejected ones; a permutation. Rows of an unbuilt node may change
+        places among themselves when it is built."""
+
+    def build_all(self) -> None:
+        """Build all that no ray has come to yet; nothing where all was built at once."""
 
     def validate(self) -> None:
         """Check every rule that a tree keeps; raises BihError naming the first broken node."""
