@@ -19,7 +19,8 @@ HARNESS := $(CURDIR)/build/bench/target
 NATIVE := rust-toolchain.toml native/Cargo.toml native/Cargo.lock \
 	$(shell find native/bih-core native/bih-python \( -name target -o -name __pycache__ \) -prune -o -print)
 
-.PHONY: help preview test bench bench-quick lint types test-rust test-neon test-address test-miri test-memory test-loom test-python \
+.PHONY: help preview test bench bench-quick tables lint types test-rust test-neon test-address test-miri test-memory test-loom \
+	test-python \
 	package real-blender format lock clean machine test-machine
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
@@ -31,6 +32,7 @@ help:
 	@echo "make test-loom                 every order in which threads can meet where a tree is built on demand"
 	@echo "make bench [BENCH=--help]      measure beside the peers (half an hour), write docs/benchmarks.md"
 	@echo "make bench-quick               the same on small scenes: answers and counts alone, for CI"
+	@echo "make tables [TABLES=--help]    the slides' tables on this machine (some minutes), into docs/benchmarks.md"
 	@echo "make package                   the extension's zip, in build/ (on Linux also with PLATFORM=linux-arm64)"
 	@echo "make real-blender              a Blender for the tests, where none is installed (Debian, as root)"
 	@echo "make format                    format Python and Rust"
@@ -49,6 +51,9 @@ bench: $(VENV)/.tests $(VENV)/.bihtree
 
 bench-quick: $(VENV)/.tests
 	@$(BIN)/python -m benchmarks --quick
+
+tables: $(VENV)/.tests $(VENV)/.bihtree
+	@$(BIN)/python -m benchmarks.slides $(TABLES)
 
 lint: $(VENV)/.tests | test-machine
 	$(BIN)/ruff check --quiet .

@@ -20,6 +20,7 @@ from addon.report.shapes import Shape, shape
 from addon.report.view import Scene, View
 
 from .harness import PROJECT, sources_stamp
+from .harness import SCENES as SCENE_SOURCES
 
 BUILT = PROJECT / "build" / "bench" / "meshes"
 FILES = {"bunny": "stanford-bunny", "dragon": "dragon-full"}
@@ -81,9 +82,9 @@ def written(name: str, meshes: Path | None = None) -> Path:
     """The scene's file, made now if there is none of these sources."""
     path = BUILT / f"{name.replace('/', '-')}.mesh"
     stamp = path.with_suffix(".stamp")
-    if not path.exists() or not stamp.exists() or stamp.read_text() != sources_stamp("addon/report"):
+    if not path.exists() or not stamp.exists() or stamp.read_text() != sources_stamp(*SCENE_SOURCES):
         write(path, scene(name, meshes))
-        stamp.write_text(sources_stamp("addon/report"))
+        stamp.write_text(sources_stamp(*SCENE_SOURCES))
     return path
 
 

@@ -6,7 +6,7 @@ from datetime import datetime
 from functools import partial
 from pathlib import Path
 
-from . import bars, machine, plots, sides
+from . import bars, machine, plots, sections, sides
 from .harness import PROJECT
 from .plan import GROWING, KINDS, OTHERS, SCENES, SIZES, STEPS, jobs
 from .results import Results
@@ -49,6 +49,7 @@ def write(store: Store, page: Path = PAGE, images: Path = IMAGES) -> None:
         _others(results),
         "## How it is measured\n",
         METHOD.read_text(),
+        *filter(None, (sections.read(page, title) for title in sections.TITLES)),
     ]
     page.write_text("\n".join(parts))
 

@@ -1,33 +1,18 @@
-"""Numbers and Markdown tables."""
+"""Markdown tables of bars."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
+from addon.report.markdown import number as number
+from addon.report.markdown import table as table
+
 from .bars import Row
-
-
-def number(value: float | None, digits: int = 3) -> str:
-    """So many significant digits, without an exponent; a dash for what was not measured."""
-    if value is None:
-        return "–"
-    if value == 0:
-        return "0"
-    if abs(value) >= 10 ** (digits - 1):
-        return f"{value:,.0f}"
-    text = f"{value:#.{digits}g}"
-    return f"{value:.2g}" if "e" in text else text.rstrip(".")
 
 
 def with_unit(value: float | None, unit: str) -> str:
     """A number and its unit; a dash alone for what was not measured."""
     return number(value) if value is None or not unit else f"{number(value)} {unit}"
-
-
-def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """The first column to the left, the others to the right."""
-    lines = [heads, ["---", *["---:"] * (len(heads) - 1)], *rows]
-    return "\n".join(f"| {' | '.join(cells)} |" for cells in lines) + "\n"
 
 
 def verdict(row: Row) -> str:

@@ -9,6 +9,9 @@ import bihtree
 import pytest
 from numpy.typing import ArrayLike
 
+OWN = {"bih": ("wide", "global"), "kd_tree": ("classic", "sah"), "bvh": ("wide", "sah")}
+"""The layout and the heuristic of each structure where none is chosen."""
+
 
 @dataclass(frozen=True)
 class Variant:
@@ -21,6 +24,18 @@ class Variant:
         """A tree with this variant's options, and the test's own on top."""
         return bihtree.Tree(vertices, triangles, **{**self.options, **options})
 
+    @property
+    def structure(self) -> str:
+        return str(self.options.get("structure", "bih"))
+
+    @property
+    def layout(self) -> str:
+        return str(self.options.get("layout", OWN[self.structure][0]))
+
+    @property
+    def heuristic(self) -> str:
+        return str(self.options.get("heuristic", OWN[self.structure][1]))
+
     def __str__(self) -> str:
         return self.name
 
@@ -28,27 +43,42 @@ class Variant:
 VARIANTS = (
     Variant("default"),
     Variant("one-thread", {"threads": 1}),
-    Variant("leaf-1", {"leaf_size": 1, "threads": 2}),
-    Variant("leaf-8-presorted", {"leaf_size": 8, "presort": True, "threads": 5}),
-    Variant("local", {"heuristic": "local", "threads": 2}),
-    Variant("leaf-64", {"leaf_size": 64, "threads": 1}),
-    Variant("wide", {"layout": "wide"}),
+    Variant("presorted", {"presort": True, "threads": 5}),
+    Variant("classic", {"layout": "classic", "threads": 2}),
+    Variant("classic-leaf-1", {"layout": "classic", "leaf_size": 1, "threads": 1}),
+    Variant("classic-local", {"layout": "classic", "heuristic": "local", "threads": 2}),
+    Variant("classic-leaf-64", {"layout": "classic", "leaf_size": 64}),
     Variant("compact", {"layout": "compact", "threads": 2}),
-    Variant("on-demand", {"layout": "wide", "build": "on_demand"}),
-    Variant("on-demand-classic-sah", {"build": "on_demand", "heuristic": "sah", "threads": 3}),
+    Variant("leaf-3-sah", {"leaf_size": 3, "heuristic": "sah", "threads": 3}),
+    Variant("on-demand", {"build": "on_demand"}),
+    Variant("on-demand-classic-sah", {"layout": "classic", "build": "on_demand", "heuristic": "sah", "threads": 3}),
     Variant("on-demand-compact-local", {"layout": "compact", "build": "on_demand", "heuristic": "local"}),
-    Variant("wide-leaf-3-sah", {"layout": "wide", "leaf_size": 3, "heuristic": "sah", "threads": 3}),
+    Variant("kd_tree", {"structure": "kd_tree", "threads": 2}),
+    Variant("bvh", {"structure": "bvh"}),
+    Variant("bvh-compact-leaf-3", {"structure": "bvh", "layout": "compact", "leaf_size": 3, "threads": 3}),
 )
 
 # Their answers are float32's: they have tests of their own, and those that compare them with themselves.
 FAST_VARIANTS = (
-    Variant("fast", {"layout": "wide", "precision": "fast"}),
-    Variant("fast-leaf-3", {"layout": "wide", "precision": "fast", "leaf_size": 3, "threads": 3}),
-    Variant("fast-on-demand", {"layout": "wide", "precision": "fast", "build": "on_demand"}),
+    Variant("fast", {"precision": "fast"}),
+    Variant("fast-leaf-3", {"precision": "fast", "leaf_size": 3, "threads": 3}),
+    Variant("fast-on-demand", {"precision": "fast", "build": "on_demand"}),
     Variant("fast-classic", {"layout": "classic", "precision": "fast"}),
+    Variant("fast-kd_tree", {"structure": "kd_tree", "precision": "fast"}),
+    Variant("fast-bvh", {"structure": "bvh", "precision": "fast", "threads": 2}),
 )
 
-GLOBAL = tuple(variant for variant in VARIANTS if "heuristic" not in variant.options)
+HIERARCHIES = tuple(variant for variant in VARIANTS if variant.structure == "bih")
+GLOBAL = tuple(variant for variant in HIERARCHIES if variant.heuristic == "global")
+KD_TREES = tuple(variant for variant in VARIANTS if variant.structure == "kd_tree")
+BVHS = tuple(variant for variant in VARIANTS if variant.structure == "bvh")
+
+# A kd-tree may refer to a triangle several times, and its size is not known before.
+ONE_REFERENCE = HIERARCHIES + BVHS
 
 every_tree = pytest.mark.parametrize("variant", VARIANTS, ids=str)
+every_hierarchy = pytest.mark.parametrize("variant", HIERARCHIES, ids=str)
+every_kd_tree = pytest.mark.parametrize("variant", KD_TREES, ids=str)
+every_bvh = pytest.mark.parametrize("variant", BVHS, ids=str)
+every_tree_of_one_reference = pytest.mark.parametrize("variant", ONE_REFERENCE, ids=str)
 every_fast_tree = pytest.mark.parametrize("variant", FAST_VARIANTS, ids=str)

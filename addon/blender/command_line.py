@@ -1,6 +1,6 @@
-"""The command `blender --command bih render …`.
+"""The commands `blender --command bih render …` and `blender --command bih tables …`.
 
-Under the bpy wheel, or with no Blender at all for an .npz mesh: `python -m addon.blender.command_line render …`.
+Under the bpy wheel, or with no Blender at all for an .npz mesh or tables: `python -m addon.blender.command_line …`.
 """
 
 from __future__ import annotations
@@ -13,7 +13,8 @@ from pathlib import Path
 from typing import NoReturn
 
 from ..pipeline.errors import UserError
-from ..pipeline.settings import LARGEST_SIDE, PASSES, Settings
+from ..pipeline.settings import LARGEST_SIDE, PARTS, PASSES, Settings
+from ..report import table_arguments
 from . import modules
 
 LAST_FRAME = 1048574  # Blender's own limit
@@ -27,7 +28,8 @@ def execute(argv: Sequence[str]) -> int:
     # Blender's own handler would take Ctrl-C for itself
     signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
-        _render(_parser().parse_args(list(argv)))
+        arguments = _parser().parse_args(list(argv))
+        arguments.run(arguments)
     except UserError as error:
         print(f"bih: {' '.join(str(error).split())}", file=sys.stderr)
         return error.exit_status
@@ -48,6 +50,7 @@ def _render(arguments: Namespace) -> None:
         for name in ("passes", "samples", "threads", "overlay_depth")
         if (value := getattr(arguments, name)) is not None
     }
+    chosen["parts"] = {**dict.fromkeys(arguments.leave_out, False), **dict.fromkeys(arguments.keep, True)}
     Settings(**chosen)  # a wrong value is found before any file is opened
     modules.require("numpy", "bihtree")
     from ..pipeline.preview import Outputs
@@ -60,6 +63,14 @@ def _render(arguments: Namespace) -> None:
         print(line)
 
 
+def _tables(arguments: Namespace) -> None:
+    modules.require("numpy", "bihtree")
+    from ..report.tables import command
+
+    for line in command.run(arguments, lambda what: print(what, file=sys.stderr, flush=True)):
+        print(line)
+
+
 class _Parser(ArgumentParser):
     def error(self, message: str) -> NoReturn:
         raise UserError(f"{message} (--help says what there is)", exit_status=2)
@@ -67,8 +78,13 @@ class _Parser(ArgumentParser):
 
 def _parser() -> ArgumentParser:
     parser = _Parser(prog="bih", description="Trace a picture by a Bounding Interval Hierarchy.")
-    commands = parser.add_subparsers(required=True, metavar="render")
+    commands = parser.add_subparsers(required=True, metavar="render or tables")
+    tables = commands.add_parser("tables", help="measure the tables of the slides on this machine (some minutes)")
+    tables.set_defaults(run=_tables)
+    tables.add_argument("--output", type=Path, required=True, metavar="FOLDER", help="tables.md is written there")
+    table_arguments.add(tables)
     render = commands.add_parser("render", help="trace one picture of a scene or a mesh")
+    render.set_defaults(run=_render)
     source = render.add_mutually_exclusive_group(required=True)
     source.add_argument("--scene", type=Path, metavar="FILE.blend", help="the scene, seen by its active camera")
     source.add_argument(
@@ -96,11 +112,21 @@ def _parser() -> ArgumentParser:
     render.add_argument("--overlay-depth", type=int, metavar="N", help="deepest level that the overlay shows")
     render.add_argument("--samples", type=int, metavar="N", help="rays a pixel")
     render.add_argument("--threads", type=int, metavar="N", help="threads to use (0, all)")
+    for option, what in (("--keep", "keep"), ("--leave-out", "leave out wherever the picture stays the same")):
+        render.add_argument(
+            option, type=_parts, default=(), metavar="PART,…", help=f"{what} these parts of the work, or all (by need)"
+        )
     return parser
 
 
 def _names(text: str) -> tuple[str, ...]:
     return tuple(name.strip() for name in text.split(",") if name.strip())
+
+
+def _parts(text: str) -> tuple[str, ...]:
+    """Names of parts of the work; a hyphen may stand for a blank."""
+    names = tuple(name.replace("-", " ") for name in _names(text))
+    return PARTS if names == ("all",) else names
 
 
 def _side(text: str) -> int:

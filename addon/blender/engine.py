@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from time import perf_counter
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import bpy
 import numpy as np
@@ -28,6 +28,8 @@ class BihPreviewEngine(bpy.types.RenderEngine):
 
     last_summary: ClassVar[tuple[str, ...]] = ()
     """What the last render did, for the panel: Blender frees an engine with its render."""
+    last_needs: ClassVar[tuple[Mapping[str, Any], ...]] = ()
+    """What the last scene did without, and what not: rows of addon/pipeline/needs.py."""
 
     def update_render_passes(self, scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> None:
         for name in wanted_passes(view_layer, scene.bih.passes):
@@ -60,12 +62,16 @@ class BihPreviewEngine(bpy.types.RenderEngine):
         if scene.skipped:
             self.report({"WARNING"}, "BIH Preview: " + "; ".join(scene.skipped))
         try:
-            traced = preview.trace(scene, settings, export_seconds=perf_counter() - started, progress=self._progress)
+            exported = perf_counter() - started
+            traced = preview.trace(
+                scene, settings, outputs=preview.Outputs(), export_seconds=exported, progress=self._progress
+            )
         except Cancelled:
             return
         passes = {name: traced.passes[name] for name in settings.passes}
         self._show(passes, view_layer.name, depsgraph.scene_eval.render)
         BihPreviewEngine.last_summary = tuple(preview.summary(traced.report))
+        BihPreviewEngine.last_needs = tuple(traced.report["needs"])
 
     def _progress(self, stage: str, fraction: float) -> bool:
         self.update_stats("BIH Preview", stage.capitalize())

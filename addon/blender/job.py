@@ -7,12 +7,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from ..pipeline import preview
+from ..pipeline import needs, preview
 from ..pipeline.camera import framing_view
 from ..pipeline.errors import UserError
-from ..pipeline.mesh import read_npz
+from ..pipeline.mesh import bounds_of, read_npz
 from ..pipeline.scene import SceneData
 from ..pipeline.settings import Settings
 from . import modules
@@ -38,9 +36,10 @@ def run(source: Source, chosen: Mapping[str, Any], outputs: preview.Outputs) -> 
     preview.check_outputs(outputs)
     scene, settings, seconds = _read(source)
     settings = replace(settings, **chosen)
-    traced = preview.trace(scene, settings, export_seconds=seconds, progress=_go_on)
+    traced = preview.trace(scene, settings, outputs=outputs, export_seconds=seconds, progress=_go_on)
     preview.write(traced, scene, settings, outputs, progress=_go_on)
-    return [*preview.summary(traced.report), *(f"note: {what}" for what in scene.skipped)]
+    table = needs.lines(traced.report["needs"])
+    return [*preview.summary(traced.report), "", *table, *(f"note: {what}" for what in scene.skipped)]
 
 
 def _read(source: Source) -> tuple[SceneData, Settings, float]:
@@ -64,7 +63,7 @@ def _read_npz(path: Path, width: int, height: int) -> SceneData:
     if not len(mesh.triangles):
         raise UserError(f"{path}: no triangles in it")
     used = mesh.vertices[mesh.triangles].reshape(-1, 3)
-    view = framing_view(np.stack([used.min(axis=0), used.max(axis=0)]), width, height)
+    view = framing_view(bounds_of(used), width, height)
     return SceneData.of_mesh(mesh, view)
 
 

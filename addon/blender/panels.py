@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
 import bpy
 
@@ -37,6 +38,19 @@ class RENDER_PT_bih(bpy.types.Panel):
         summary = layout.column(align=True)
         for line in BihPreviewEngine.last_summary:
             summary.label(text=" ".join(line.split()))
+        _draw_needs(layout, BihPreviewEngine.last_needs)
+
+
+def _draw_needs(layout: bpy.types.UILayout, parts: Sequence[Mapping[str, Any]]) -> None:
+    """What the last render did without, as a table: part, kept or left out, why, what that saves."""
+    if not parts:
+        return
+    layout.label(text="What the scene needs")
+    table = layout.box().column(align=True)
+    for part in parts:
+        name, reason = table.split(factor=0.3), str(part["why"])
+        name.label(text=str(part["part"]).capitalize(), icon="CHECKBOX_HLT" if part["kept"] else "CHECKBOX_DEHLT")
+        name.label(text=f"{reason}; {part['saves']}" if part["saves"] else reason)
 
 
 def panels_of_any_engine() -> Iterator[type[bpy.types.Panel]]:

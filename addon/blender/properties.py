@@ -13,10 +13,12 @@ STRUCTURE_TEXT = {
 }
 LAYOUT_TEXT = {
     "wide": ("Wide", "Records of eight boxes for the processor's vector unit: two to five times as fast to trace"),
-    "classic": ("Classic", "The 12-byte nodes of the paper: about a quarter of the memory"),
+    "compact": ("Compact", "Such records with rounded boxes: about a sixth of the memory, slower to trace"),
+    "classic": ("Classic", "The 12-byte nodes of the paper, for study: slow to trace"),
 }
 PRECISION_TEXT = {
     "watertight": ("Watertight", "No ray slips through a shared edge or vertex; every hit and miss is decided exactly"),
+    "fast": ("Fast", "Single precision: quicker to trace; now and then a ray slips through an edge"),
 }
 PASS_TEXT = {
     "combined": "Shaded picture",

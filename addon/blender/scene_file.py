@@ -7,10 +7,10 @@ from pathlib import Path
 from time import perf_counter
 
 import bpy
-import numpy as np
 
 from ..pipeline.camera import framing_view
 from ..pipeline.errors import UserError
+from ..pipeline.mesh import bounds_of
 from ..pipeline.scene import SceneData
 from ..pipeline.settings import Settings
 from .export import scene_data
@@ -61,8 +61,7 @@ def read_mesh_file(path: Path, width: int, height: int) -> tuple[SceneData, floa
     for mesh in exported.meshes:
         mesh.check_finite()
     vertices, _ = exported.flatten()
-    bounds = np.stack([vertices.min(axis=0), vertices.max(axis=0)])
-    return replace(exported, name=path.stem, camera=framing_view(bounds, width, height)), seconds
+    return replace(exported, name=path.stem, camera=framing_view(bounds_of(vertices), width, height)), seconds
 
 
 def rendered_scene(scene: bpy.types.Scene, width: int, height: int) -> tuple[SceneData, float]:

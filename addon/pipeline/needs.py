@@ -1,37 +1,296 @@
-"""What this scene does not need: the part left out, and what that saved."""
+"""What this scene does without: each part kept or left out, why, and what that saves. The picture has the same bits
+either way; what each threshold was measured by is in docs/decisions/needs.md."""
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from .image import CHANNELS
+from .reach import share_in_view, unreached
 from .scene import SceneData
-from .settings import PASSES, Settings
+from .settings import PARTS, PASSES, Settings
+
+SORTED_TRIANGLES = 8_192
+"""From more triangles on the bucket sort comes first."""
+ON_DEMAND_TRIANGLES = 2_000_000
+ON_DEMAND_SHARE = 0.25
+"""From so many triangles on, and with at most this share of them in view, a tree is built where rays go."""
+ALONE_RAYS, ALONE_TRIANGLES = 1_024, 1_024
+"""Up to so many rays and triangles, one thread does the work."""
+LEAF = {"wide": 8, "compact": 8, "classic": 8}
+"""Up to so many triangles are one leaf: each ray tests all of them."""
+
+FAST = "precision fast: another tree may round a hit in another way"
 
 
-def left_out(scene: SceneData, settings: Settings, traced: Collection[str]) -> dict[str, str]:
-    """Part -> why, with what it saved; `traced` names the passes made. The scene has a camera and triangles."""
+@dataclass(frozen=True)
+class Part:
+    """A row of the table."""
+
+    name: str
+    kept: bool
+    why: str
+    saves: str = ""
+    """What leaving it out saves; empty where it is kept."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is done: the scene without the objects that no ray reaches, and the options of the tree and the picture."""
+
+    parts: tuple[Part, ...]
+    scene: SceneData
+    whole: SceneData
+    reached: NDArray[np.bool_]
+    tree: Mapping[str, Any]
+    render: Mapping[str, Any]
+    flatten: Mapping[str, Any]
+
+    def rows_of_all(self, rows: NDArray[np.int32]) -> NDArray[np.int32]:
+        """Triangle rows of the traced scene as rows of the whole one; -1 stays."""
+        if self.reached.all():
+            return rows
+        counts = np.array([len(self.whole.meshes[m].triangles) for m in self.whole.instance_mesh])
+        left_out = np.cumsum(np.where(self.reached, 0, counts))[self.reached]
+        ends = np.cumsum(counts[self.reached])
+        moved = rows + left_out[np.minimum(np.searchsorted(ends, rows, side="right"), len(ends) - 1)]
+        return np.where(rows < 0, rows, moved).astype(np.int32)
+
+
+@dataclass(frozen=True)
+class _Case:
+    """What speaks for and against one part: `spare` says why the picture is the same without it, `needed` why it is
+    kept; without `spare` it is always kept."""
+
+    needed: str
+    spare: str = ""
+    saves: str = ""
+    pays: bool = True
+    """Whether leaving it out takes less time, by what was measured."""
+
+
+def plan(scene: SceneData, settings: Settings, wanted: Collection[str], *, tree_shown: bool, on_demand: bool) -> Plan:
+    """Decide everything once. `wanted` names the passes to trace, `tree_shown` says that a picture of the tree is made
+    too, `on_demand` that bihtree can build on demand. The scene has a camera and triangles."""
     assert scene.camera is not None
-    pixels = scene.camera.width * scene.camera.height
-    reasons = {
-        f"{name} pass": f"not asked for: {4 * len(CHANNELS[name]) * pixels:,} bytes not made"
-        for name in PASSES
-        if name not in traced
-    }
+    parts: list[Part] = []
+
+    def is_kept(name: str, case: _Case) -> bool:
+        is_off = name == "shadow rays" and not settings.shadows
+        parts.append(_decided(name, case, None if is_off else settings.parts.get(name)))
+        return parts[-1].kept
+
+    passes = tuple(name for name in PASSES if is_kept(f"{name} pass", _pass(scene, name, wanted)))
+    is_kept("normals", _normals(scene, passes, settings.samples))
+    lights = scene.lights
+    shadows = is_kept("shadow rays", _shadows(scene, settings, "combined" in passes))
+    if not is_kept("lights without power", _dark(scene, settings, shadows)):
+        lights = lights[_powers(lights)]
+    reached = np.ones(len(scene.instance_mesh), bool)
+    why_whole = _why_whole(scene, settings, passes, tree_shown)
+    apart = np.zeros(len(reached), bool) if why_whole else _apart(replace(scene, lights=lights), shadows)
+    if not is_kept("objects out of reach", _objects(scene, apart, why_whole)):
+        reached = ~apart
+    shown = scene if reached.all() else scene.only(reached)
+    count = shown.triangle_count
+    flatten: dict[str, Any] = {"transform_all": is_kept("world transform", _transform(shown))}
+    is_double = is_kept("double precision", _double(shown, settings))
+    flatten["dtype"] = None if settings.precision == "fast" else np.float64 if is_double else np.float32
+    tree: dict[str, Any] = {}
+    if settings.structure != "bih":
+        parts += [Part(name, False, f"a {settings.structure} has none") for name in ("bucket sort", "on demand")]
+    else:
+        tree["presort"] = is_kept("bucket sort", _sort(count))
+        if not on_demand:
+            parts.append(Part("on demand", False, "not in this version"))
+        elif is_kept("on demand", _on_demand(shown, count)):
+            tree["build"] = "on_demand"
+    leaf = LEAF.get(settings.layout, 0) if settings.structure == "bih" and settings.precision != "fast" else 0
+    if is_kept("tree", _tree(count, leaf, settings)):
+        tree["leaf_size"] = 1 if settings.leaf_size is None and count <= leaf else settings.leaf_size
+    else:
+        tree["leaf_size"] = leaf
+    rays = scene.camera.width * scene.camera.height * settings.samples
+    tree["threads"] = settings.threads if is_kept("threads", _threads(rays, count, settings)) else 1
+    render = {"passes": passes, "lights": lights, "shadows": shadows}
+    parts.sort(key=lambda part: PARTS.index(part.name))
+    return Plan(tuple(parts), shown, scene, reached, tree, render, flatten)
+
+
+def report(parts: Iterable[Part], native: Mapping[str, str]) -> list[dict[str, object]]:
+    """The table as plain JSON values; `native` is what the construction itself left out, by part."""
+    rows: list[dict[str, object]] = [
+        {"part": part.name, "kept": part.kept, "why": part.why, "saves": part.saves} for part in parts
+    ]
+    rows += [
+        {"part": name, "kept": False, "why": why, "saves": ""} for name, why in native.items() if name != "presort"
+    ]
+    return rows
+
+
+def lines(parts: Iterable[Mapping[str, Any]]) -> list[str]:
+    """The table as text: part, kept or left out, why, what it saves."""
+    rows = [(str(part["part"]), "kept" if part["kept"] else "left out", _why(part)) for part in parts]
+    widths = [max((len(row[column]) for row in rows), default=0) for column in range(2)]
+    return [f"{name:<{widths[0]}}  {what:<{widths[1]}}  {why}" for name, what, why in rows]
+
+
+def _why(part: Mapping[str, Any]) -> str:
+    return f"{part['why']}; {part['saves']}" if part["saves"] else str(part["why"])
+
+
+def _decided(name: str, case: _Case, forced: bool | None) -> Part:
+    if not case.spare:
+        return Part(name, True, case.needed)
+    if forced or (forced is None and not case.pays):
+        return Part(name, True, "kept as asked" if forced else case.needed)
+    return Part(name, False, case.spare, case.saves)
+
+
+def _pass(scene: SceneData, name: str, wanted: Collection[str]) -> _Case:
+    assert scene.camera is not None
+    if name in wanted:
+        return _Case("asked for")
+    saved = 4 * len(CHANNELS[name]) * scene.camera.width * scene.camera.height
+    return _Case("", "not asked for", f"{saved:,} bytes not made")
+
+
+def _normals(scene: SceneData, passes: Sequence[str], samples: int) -> _Case:
+    assert scene.camera is not None
+    if {"combined", "normal"} & set(passes):
+        return _Case("a pass shows them, or is shaded by them")
+    rays = scene.camera.width * scene.camera.height * samples
+    return _Case("", "no pass shows them or is shaded by them", f"up to {rays:,} normals not computed")
+
+
+def _powers(lights: NDArray[np.void]) -> NDArray[np.bool_]:
+    """(L,) whether a light gives any."""
+    given: NDArray[np.bool_] = (lights["colour"] != 0).any(axis=1)
+    return given
+
+
+def _shadows(scene: SceneData, settings: Settings, is_shaded: bool) -> _Case:
+    assert scene.camera is not None
+    rays = scene.camera.width * scene.camera.height * settings.samples
+    if not is_shaded:
+        return _Case("", "no pass is shaded", f"up to {rays * max(1, len(scene.lights)):,} rays not traced")
     if not len(scene.lights):
-        reasons["shadow rays"] = (
-            "no light in the scene: the headlight shines from the camera, so nothing that it sees is in shadow; "
-            f"up to {pixels * settings.samples:,} rays not traced"
-        )
-    elif not settings.shadows:
-        saved = pixels * settings.samples * len(scene.lights)
-        reasons["shadow rays"] = f"shadows are off: up to {saved:,} rays not traced"
-    if not scene.moves:
+        why = "no light in the scene: the headlight shines from the camera, so nothing that it sees is in shadow"
+        return _Case("", why, f"up to {rays:,} rays not traced")
+    saved = f"up to {rays * len(scene.lights):,} rays not traced"
+    if not settings.shadows:
+        return _Case("", "shadows are off", saved)
+    if not _powers(scene.lights).any():
+        return _Case("", "no light of the scene has any power", saved)
+    return _Case(f"lights that cast shadows: {np.count_nonzero(_powers(scene.lights))}")
+
+
+def _dark(scene: SceneData, settings: Settings, shadows: bool) -> _Case:
+    assert scene.camera is not None
+    given = _powers(scene.lights)
+    if given.all():
+        return _Case("", "there are none")
+    if not given.any():
+        return _Case("without any light the headlight would be brighter")
+    dark = int(np.count_nonzero(~given))
+    rays = scene.camera.width * scene.camera.height * settings.samples * dark
+    saves = f"up to {rays:,} shadow rays not traced" if shadows else "their cosines"
+    return _Case("", f"lights that give none: {dark}", saves)
+
+
+def _why_whole(scene: SceneData, settings: Settings, passes: Collection[str], tree_shown: bool) -> str:
+    """Why all objects stay, wherever they are; empty where some may be left out."""
+    if len(scene.instance_mesh) < 2:
+        return "one object"
+    if tree_shown:
+        return "the whole tree is shown"
+    if "cost" in passes:
+        return "the cost pass counts the work in the whole tree"
+    return FAST if settings.precision == "fast" else ""
+
+
+def _apart(scene: SceneData, shadows: bool) -> NDArray[np.bool_]:
+    """(M,) the instances that no ray reaches; none where nothing else would be left."""
+    apart = unreached(scene, shadows=shadows)
+    kept = sum(len(scene.meshes[m].triangles) for m in scene.instance_mesh[~apart])
+    return apart if kept else np.zeros(len(apart), bool)
+
+
+def _objects(scene: SceneData, apart: NDArray[np.bool_], why_whole: str) -> _Case:
+    if not apart.any():
+        return _Case(why_whole or "a ray may reach every object")
+    triangles = sum(len(scene.meshes[m].triangles) for m in scene.instance_mesh[apart])
+    count = int(np.count_nonzero(apart))
+    what = f"{count:,} objects lie outside the picture, and where no shadow comes from"
+    return _Case("", what, f"{triangles:,} triangles not built into the tree")
+
+
+def _transform(scene: SceneData) -> _Case:
+    if scene.moves:
+        return _Case("objects are moved, turned or scaled")
+    vertices = sum(len(scene.meshes[m].vertices) for m in scene.instance_mesh)
+    copied = "" if len(scene.instance_mesh) > 1 else " and not copied"
+    what = "no object is moved, turned or scaled"
+    return _Case("", what, f"{vertices:,} vertices not transformed{copied}")
+
+
+def _double(scene: SceneData, settings: Settings) -> _Case:
+    if settings.precision == "fast":
+        return _Case(FAST)
+    doubles = [row for row in np.unique(scene.instance_mesh) if scene.meshes[row].vertices.dtype == np.float64]
+    if not doubles:
         vertices = sum(len(scene.meshes[m].vertices) for m in scene.instance_mesh)
-        copied = len(scene.instance_mesh) > 1
-        reasons["world transform"] = f"no object is moved, turned or scaled: {vertices:,} vertices not transformed" + (
-            "" if copied else " and not copied"
-        )
-    if len(scene.instance_mesh) == 1:
-        reasons["instance tree"] = "one mesh, shown once: rays are not moved to a mesh's own space and back"
-    return reasons
+        return _Case("", "no mesh has double precision", f"{12 * vertices:,} bytes of vertices")
+    if scene.moves:
+        return _Case("a moved vertex is no number of single precision")
+    for row in doubles:
+        vertices = scene.meshes[row].vertices
+        with np.errstate(over="ignore"):
+            if not (vertices.astype(np.float32) == vertices).all():
+                return _Case(f"object {scene.meshes[row].name!r} has vertices that single precision does not hold")
+    vertices = sum(len(scene.meshes[m].vertices) for m in scene.instance_mesh)
+    what = "single precision holds every vertex"
+    return _Case("", what, f"{12 * vertices:,} bytes of vertices, and tests in double precision")
+
+
+def _sort(triangles: int) -> _Case:
+    if triangles <= SORTED_TRIANGLES:
+        why = f"{triangles:,} triangles, no more than {SORTED_TRIANGLES:,}: sorted in place as fast"
+        return _Case("", why, f"{8 * triangles:,} bytes of sorted keys")
+    why = f"{triangles:,} triangles, more than {SORTED_TRIANGLES:,}"
+    return _Case(why, "sorted in place, as asked", f"{8 * triangles:,} bytes of sorted keys", pays=False)
+
+
+def _on_demand(scene: SceneData, triangles: int) -> _Case:
+    saves = "a look at each node's flag"
+    if triangles < ON_DEMAND_TRIANGLES:
+        why = f"{triangles:,} triangles, fewer than {ON_DEMAND_TRIANGLES:,}: all are built sooner than asked for"
+        return _Case("", why, saves)
+    share = share_in_view(scene)
+    if share > ON_DEMAND_SHARE:
+        return _Case("", f"about {share:.0%} of the triangles are in view: most get built", saves)
+    return _Case(f"about {share:.0%} of the triangles are in view", "all is built, as asked", saves, pays=False)
+
+
+def _tree(triangles: int, leaf: int, settings: Settings) -> _Case:
+    if settings.leaf_size is not None:
+        return _Case("a leaf size was chosen")
+    if triangles > leaf:
+        why = f"{triangles:,} triangles, more than one leaf of {leaf}"
+        return _Case(why if leaf else FAST if settings.precision == "fast" else f"a {settings.structure}")
+    return _Case("", f"{triangles} triangles fit one leaf: each ray tests them all", "all inner nodes")
+
+
+def _threads(rays: int, triangles: int, settings: Settings) -> _Case:
+    if settings.threads:
+        return _Case(f"{settings.threads} threads were chosen")
+    what = f"{rays:,} rays and {triangles:,} triangles"
+    saves = "threads that would wait for each other"
+    if rays <= ALONE_RAYS and triangles <= ALONE_TRIANGLES:
+        return _Case("", f"{what} are work for one", saves)
+    return _Case(f"{what} are work for many", "one thread, as asked", saves, pays=False)

@@ -27,8 +27,8 @@ from .settings import Settings
 Progress = Callable[[str, float], bool | None]
 """Gets a stage ("build", "trace", "overlay" or "write") and how much of it is done, 0 to 1; False cancels."""
 
-TREE_OPTIONS = ("structure", "layout", "precision", "leaf_size", "threads")
-"""The settings that bihtree.Tree takes, by the same names."""
+TREE_OPTIONS = ("structure", "layout", "precision")
+"""The settings that bihtree.Tree takes as they are, by the same names; needs.plan decides the others."""
 
 
 @dataclass(frozen=True)
@@ -40,18 +40,28 @@ class Outputs:
     stats: Path | None = None
 
     @property
+    def passes(self) -> tuple[str, ...]:
+        """What plain pictures and the overlay are made of, whatever the settings ask for."""
+        is_plain = any(path.suffix.lower() not in image.MULTILAYER for path in self.images)
+        return (*(("combined",) if is_plain or self.overlay else ()), *(("depth",) if self.overlay else ()))
+
+    @property
     def paths(self) -> tuple[Path, ...]:
         return self.images + tuple(path for path in (self.overlay, self.stats) if path)
 
 
+ANY = Outputs(images=(Path("any.png"),), overlay=Path("any.png"))
+"""What a caller might still write who does not say so."""
+
+
 @dataclass(frozen=True)
 class Preview:
-    """Passes by name, (H, W, C) with the first row at the bottom: those of the settings, combined and depth. The
-    report holds plain JSON values: times in seconds, sizes in bytes."""
+    """Passes by name, (H, W, C) with the first row at the bottom: those of the settings and what the outputs are made
+    of. The report holds plain JSON values: times in seconds, sizes in bytes."""
 
     passes: dict[str, NDArray[Any]]
     tree: bihtree.Tree
-    report: dict[str, object]
+    report: dict[str, Any]
 
 
 def check_outputs(outputs: Outputs) -> None:
@@ -68,45 +78,58 @@ def check_outputs(outputs: Outputs) -> None:
 
 
 def trace(
-    scene: SceneData, settings: Settings, *, export_seconds: float = 0.0, progress: Progress | None = None
+    scene: SceneData,
+    settings: Settings,
+    *,
+    outputs: Outputs | None = None,
+    export_seconds: float = 0.0,
+    progress: Progress | None = None,
 ) -> Preview:
-    """Build the tree once and trace the picture. The tree borrows the arrays of a scene that is one mesh not moved:
-    they become read-only.
+    """Build the tree once and trace the picture, without what the scene does not need. The tree borrows the arrays of a
+    scene that is one mesh not moved: they become read-only. `outputs` are those that will be written; None: any.
 
     Raises UserError for a scene without a camera or triangles, or with a vertex that is not finite, and
     bihtree.Cancelled where `progress` returns False.
     """
     view = _camera_of(scene)
     _check_geometry(scene)
+    wanted = dict.fromkeys((*settings.passes, *(ANY.passes if outputs is None else outputs.passes)))
     started = perf_counter()
-    vertices, triangles = scene.flatten()
+    plan = needs.plan(
+        scene,
+        settings,
+        tuple(wanted),
+        tree_shown=outputs is None or outputs.overlay is not None,
+        on_demand=hasattr(bihtree.Tree, "build_all"),
+    )
+    decide_seconds = perf_counter() - started
+    started = perf_counter()
+    vertices, triangles = plan.scene.flatten(**plan.flatten)
     flatten_seconds = perf_counter() - started
-    chosen: dict[str, Any] = {name: getattr(settings, name) for name in TREE_OPTIONS}
+    chosen: dict[str, Any] = {**{name: getattr(settings, name) for name in TREE_OPTIONS}, **plan.tree}
     tree = bihtree.Tree(vertices, triangles, **chosen, copy=False, progress=_stage(progress, "build"))
-    # The plain pictures and the overlay are made of these two, whatever passes were asked for.
-    traced = tuple(dict.fromkeys((*settings.passes, "combined", "depth")))
     started = perf_counter()
     passes = bihtree.render(
         tree,
         bihtree.Camera(view.clip_to_world, view.width, view.height),
-        passes=traced,
         samples=settings.samples,
         seed=settings.seed,
-        shadows=settings.shadows,
-        lights=scene.lights,
+        **plan.render,
         progress=_stage(progress, "trace"),
     )
     trace_seconds = perf_counter() - started
-    if not view.perspective:
+    if not view.perspective and "depth" in passes:
         passes["depth"] = passes["depth"] + np.float32(view.near)
+    if "triangle" in passes:
+        passes["triangle"] = plan.rows_of_all(passes["triangle"])
     rays = view.width * view.height * settings.samples
     stats = tree.stats
-    report: dict[str, object] = {
+    report: dict[str, Any] = {
         "scene": scene.name,
         "width": view.width,
         "height": view.height,
         "samples": settings.samples,
-        "threads": settings.threads or _cores(),
+        "threads": chosen["threads"] or _cores(),
         "structure": stats.structure,
         "layout": stats.layout,
         "precision": stats.precision,
@@ -123,12 +146,13 @@ def trace(
         "bytes_per_triangle": stats.tree_bytes / stats.triangles,
         "peak_build_bytes": stats.peak_build_bytes,
         "export_seconds": export_seconds,
+        "decide_seconds": decide_seconds,
         "flatten_seconds": flatten_seconds,
         "build_seconds": stats.build_seconds,
         "trace_seconds": trace_seconds,
         "primary_rays": rays,
         "rays_per_second": rays / trace_seconds,
-        "left_out": {**stats.left_out, **needs.left_out(scene, settings, traced)},
+        "needs": needs.report(plan.parts, stats.left_out),
         "skipped": list(scene.skipped),
         "cpu_features": bihtree.cpu_features(),
         "versions": {"bihtree": bihtree.__version__, "numpy": np.__version__, "python": platform.python_version()},

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -46,24 +46,31 @@ class SceneData:
         """Whether any instance's matrix is not the identity."""
         return not bool((self.instance_matrix == np.eye(4)).all())
 
-    def flatten(self) -> tuple[NDArray[np.floating[Any]], NDArray[np.int32]]:
+    def only(self, chosen: NDArray[np.bool_]) -> SceneData:
+        """The same scene with some of its instances (M,)."""
+        return replace(self, instance_mesh=self.instance_mesh[chosen], instance_matrix=self.instance_matrix[chosen])
+
+    def flatten(
+        self, *, dtype: type[np.floating[Any]] | None = None, transform_all: bool = False
+    ) -> tuple[NDArray[np.floating[Any]], NDArray[np.int32]]:
         """World-space vertices (V, 3) and triangles (T, 3) of all instances, in their order.
 
         float64 where a mesh is float64, else float32: each vertex is transformed in float64, to the same bits on
-        every machine, and rounded once. One mesh that is not moved is returned as it is, not copied.
+        every machine, and rounded once; `dtype` is what that is converted to. One mesh that is not moved is returned as
+        it is, not copied, unless `transform_all` asks for the identity too.
         Raises UserError naming the object whose matrix makes a vertex NaN or infinite.
         """
         shown = [self.meshes[m] for m in self.instance_mesh]
         if not shown:
             return np.zeros((0, 3), np.float32), np.zeros((0, 3), np.int32)
-        if len(shown) == 1 and not self.moves:
-            return shown[0].vertices, shown[0].triangles
-        dtype = np.result_type(np.float32, *{mesh.vertices.dtype for mesh in shown})
+        kept = np.result_type(np.float32, *{mesh.vertices.dtype for mesh in shown})
+        if len(shown) == 1 and not self.moves and not transform_all:
+            return shown[0].vertices.astype(dtype or kept, copy=False), shown[0].triangles
         starts = np.cumsum([0] + [len(mesh.vertices) for mesh in shown])
-        vertices = np.empty((starts[-1], 3), dtype)
+        vertices = np.empty((starts[-1], 3), kept)
         for mesh, matrix, start in zip(shown, self.instance_matrix, starts, strict=False):
             part = vertices[start : start + len(mesh.vertices)]
-            if np.array_equal(matrix, np.eye(4)):
+            if not transform_all and np.array_equal(matrix, np.eye(4)):
                 part[:] = mesh.vertices
                 continue
             with np.errstate(over="ignore", invalid="ignore"):
@@ -73,10 +80,10 @@ class SceneData:
             if not np.isfinite(part).all():
                 row = int(np.argmin(np.isfinite(part).all(axis=1)))
                 raise UserError(
-                    f"object {mesh.name!r}: its transform takes vertex {row} beyond {dtype.name}; "
+                    f"object {mesh.name!r}: its transform takes vertex {row} beyond {kept.name}; "
                     "make the object's scale and location finite and smaller, or hide it from renders"
                 )
         triangles = np.concatenate(
             [mesh.triangles + np.int32(start) for mesh, start in zip(shown, starts, strict=False)]
         )
-        return vertices, triangles
+        return vertices.astype(dtype or kept, copy=False), triangles

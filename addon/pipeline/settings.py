@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
 
 from .errors import UserError
 
 STRUCTURES = ("bih",)
-LAYOUTS = ("wide", "classic")
-PRECISIONS = ("watertight",)
+LAYOUTS = ("wide", "compact", "classic")
+PRECISIONS = ("watertight", "fast")
 LARGEST_SIDE = 65536
 """Most pixels a side of a picture, as bihtree.Camera has it."""
 PASSES = ("combined", "depth", "normal", "position", "triangle", "cost")
+PARTS = (
+    *("bucket sort", "on demand", "double precision", "normals", "shadow rays", "lights without power"),
+    *("objects out of reach", "tree", "threads", "world transform"),
+    *(f"{name} pass" for name in PASSES),
+)
+"""What a scene may do without; addon/pipeline/needs.py decides."""
 
 
 @dataclass(frozen=True)
@@ -28,6 +36,8 @@ class Settings:
     seed: int = 0
     shadows: bool = True
     overlay_depth: int = 6
+    parts: Mapping[str, bool] = field(default_factory=lambda: MappingProxyType({}))
+    """True keeps a part, False leaves it out wherever the picture stays the same; others are decided by the scene."""
 
     def __post_init__(self) -> None:
         _one_of("structure", self.structure, STRUCTURES)
@@ -37,6 +47,8 @@ class Settings:
             _one_of("pass", name, PASSES)
         if not self.passes:
             raise UserError(f"no pass asked for; choose from {', '.join(PASSES)}", exit_status=2)
+        for name in self.parts:
+            _one_of("part", name, PARTS)
         _at_least("leaf size", 1 if self.leaf_size is None else self.leaf_size, 1)
         _at_least("threads", self.threads, 0)
         _at_least("samples", self.samples, 1)

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import databases
-from .shapes import Shape, box, copies, ground, joined, part_of, quads, ring, scaled, shape, soup_of, surface, tube
+from .airframe import airframe
+from .shapes import Shape, box, ground, joined, quads, scaled, shape, soup_of, surface
 from .view import Scene, View, framed
 
 
@@ -111,41 +112,6 @@ def stadium(triangles: int, exponent: float = 3) -> Scene:
     view = framed(small, (0.3, 0.5, 1))
     # Off the middle: the diagonal of the ground shall not run below the knot.
     return Scene(joined(small, surface(stands), ground(-size, 0.4, (0.1, 0))), view)
-
-
-def airframe(triangles: int) -> Scene:
-    """About so many, in small separate parts: rivets in rows (three in four), pipes, ribs, panels of the skin."""
-    ribs = max(4, round((triangles / 400) ** 0.5))
-    length, pipes = 0.25 * ribs, max(4, ribs // 3)
-    panel_rows, stringers = ribs, max(8, ribs)
-    rib_part = ring(4, 24, 0.02)
-    along_axis = np.linspace(0, length, ribs)
-    parts = [scaled(rib_part, np.ones(ribs), np.stack([0 * along_axis, along_axis, 0 * along_axis], axis=1))]
-    angle = np.linspace(0, 2 * np.pi, stringers + 1)
-    panels = np.stack([1.03 * np.cos(angle), 0 * angle, 1.03 * np.sin(angle)], axis=1)
-    skin = surface(panels[None] + np.linspace(0, length, panel_rows + 1)[:, None, None] * [0, 1, 0])
-    # A third of the skin is open, so that what is inside is seen.
-    is_shut = (np.arange(len(skin.triangles)) // 2 % stringers) * 3 >= stringers
-    parts.append(part_of(skin, is_shut))
-    rng = np.random.default_rng(23)
-    turn, out = rng.random(pipes) * 2 * np.pi, 0.9 * rng.random(pipes) ** 0.5
-    place = np.stack([out * np.cos(turn), np.zeros(pipes), out * np.sin(turn)], axis=1)
-    thick = 0.005 + 0.02 * rng.random(pipes)
-    parts.append(scaled(tube(8), np.stack([thick, np.full(pipes, length), thick], axis=1), place))
-    left = max(1, (triangles - sum(len(part.triangles) for part in parts)) // 8)
-    row = np.arange(left) % ribs
-    turn = 2 * np.pi * (np.arange(left) // ribs) / max(1, left / ribs)
-    place = np.stack([1.035 * np.cos(turn), along_axis[row] + 0.01, 1.035 * np.sin(turn)], axis=1)
-    parts.append(copies(_rivet(), 0.004 * np.eye(3), place))
-    mesh = joined(*parts)
-    return Scene(mesh, framed(mesh, (0.5, 0.2, 1), up=(1, 0, 0)))
-
-
-def _rivet() -> Shape:
-    """8: an octahedron."""
-    points = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]])
-    faces = [(0, 2, 4), (2, 1, 4), (1, 3, 4), (3, 0, 4), (2, 0, 5), (1, 2, 5), (3, 1, 5), (0, 3, 5)]
-    return shape(points, faces)
 
 
 def _nearest(make: Callable[[int], Scene], count: Callable[[int], int], most: int) -> Callable[[int], Scene]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 
 import bpy
 import pytest
@@ -21,3 +22,10 @@ def registered(scene: bpy.types.Scene) -> Iterator[bpy.types.Scene]:
     """The scene, with the add-on registered while the test runs."""
     with classes.registered():
         yield scene
+
+
+@pytest.fixture
+def out(tmp_path: Path) -> Path:
+    folder = tmp_path / "out"
+    folder.mkdir()
+    return folder

@@ -6,37 +6,18 @@ import json
 import re
 import subprocess
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 
 import bpy
 import numpy as np
 import OpenImageIO
 import pytest
-from numpy.typing import NDArray
 
 from addon.blender import command_line, job
-from addon.pipeline.settings import PASSES
+from addon.pipeline.settings import PARTS, PASSES
+from tests.blender.commands import pixels, run
 from tests.blender.scenes import add, add_camera, add_light, add_mesh
 from tests.meshes import icosphere
-
-ROOT = Path(__file__).resolve().parents[2]
-COMMAND = [sys.executable, "-m", "addon.blender.command_line"]
-
-
-def run(*arguments: object, command: Sequence[str] = COMMAND) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [*command, *map(str, arguments)], cwd=ROOT, capture_output=True, text=True, check=False, timeout=300
-    )
-
-
-def pixels(path: Path) -> NDArray[np.float32]:
-    """(H, W, C) float32, the first row at the top."""
-    file = OpenImageIO.ImageInput.open(str(path))
-    try:
-        return file.read_image(OpenImageIO.FLOAT).reshape(file.spec().height, file.spec().width, -1)
-    finally:
-        file.close()
 
 
 def save(path: Path) -> Path:
@@ -59,13 +40,6 @@ def blend(scene: bpy.types.Scene, tmp_path: Path) -> Path:
     return save(tmp_path / "in" / "ball.blend")
 
 
-@pytest.fixture
-def out(tmp_path: Path) -> Path:
-    folder = tmp_path / "out"
-    folder.mkdir()
-    return folder
-
-
 def test_all_outputs_at_once(blend, out):
     done = run(
         "render", "--scene", blend, "--output", out / "a.png", "--output", out / "a.exr",
@@ -73,8 +47,11 @@ def test_all_outputs_at_once(blend, out):
     )  # fmt: skip
     assert (done.returncode, done.stderr) == (0, "")
     assert sorted(path.name for path in out.iterdir()) == ["a.exr", "a.json", "a.png", "overlay.png"]
+    summary, table = (part.splitlines() for part in done.stdout.split("\n\n"))
     for word in ("export", "build", "trace", "bytes a triangle", "a second"):
-        assert len([line for line in done.stdout.splitlines() if word in line]) == 1
+        assert len([line for line in summary if word in line]) == 1
+    for part in PARTS:
+        assert len([line for line in table if line.startswith(f"{part}  ")]) == 1
     picture = pixels(out / "a.png")
     assert picture.shape == (48, 64, 4)
     covered = picture[..., 3] > 0

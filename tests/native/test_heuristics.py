@@ -66,7 +66,7 @@ def test_sah_takes_the_cheapest_plane_between_bins(name):
     checked = 0
     for _, lower, upper in splits(MESHES[name], heuristic="sah"):
         both = np.concatenate([lower, upper])
-        if len(both) > 1024:
+        if len(both) > 256:
             continue  # a sample stands for all
         least, side = centres[both].min(axis=0), np.ptp(centres[both], axis=0)
         bins = 8 if len(both) < 64 else 16

@@ -5,7 +5,15 @@ import numpy as np
 import pytest
 
 from tests import meshes
-from tests.variants import GLOBAL, VARIANTS, every_tree
+from tests.variants import (
+    GLOBAL,
+    VARIANTS,
+    every_bvh,
+    every_hierarchy,
+    every_kd_tree,
+    every_tree,
+    every_tree_of_one_reference,
+)
 
 FIELDS = {
     "parent": "<i4", "depth": "<i4", "kind": "u1", "axis": "i1", "clip": "<f4", "lower": "<f4", "upper": "<f4",
@@ -64,10 +72,10 @@ def test_fields_and_breadth_first_order(variant, name):
     assert (table["parent"] < np.arange(len(table))).all()
     assert np.array_equal(table["depth"][1:], table["depth"][table["parent"][1:]] + 1)
     assert np.isin(table["kind"], [INNER, LEAF]).all()
-    assert np.isin(table["axis"][table["kind"] == INNER], [0, 1, 2]).all()
-    leaf = table["kind"] == LEAF
-    assert (table["axis"][leaf] == -1).all() and np.isnan(table["clip"][leaf]).all()
-    assert not np.isnan(table["clip"][~leaf]).any()
+    is_cut = (table["kind"] == INNER) & (variant.structure != "bvh")
+    assert np.isin(table["axis"][is_cut], [0, 1, 2]).all()
+    assert (table["axis"][~is_cut] == -1).all() and np.isnan(table["clip"][~is_cut]).all()
+    assert not np.isnan(table["clip"][is_cut]).any()
 
 
 @every_tree
@@ -76,25 +84,34 @@ def test_ranges(variant, name):
     mesh = MESHES[name]
     tree = finished(variant, mesh)
     table, order, stats = tree.nodes(), tree.order(), tree.stats
-    assert np.array_equal(np.sort(order), np.arange(len(mesh.triangles)))
-    reachable = stats.triangles - stats.rejected
-    assert (table["first"][0], table["count"][0]) == (0, reachable)
+    assert (table["first"][0], table["count"][0]) == (0, stats.references)
     for parent, left, right in children(table):
         assert table["first"][left] == table["first"][parent]
         assert table["first"][right] == table["first"][left] + table["count"][left]
         assert table["count"][left] + table["count"][right] == table["count"][parent]
-    assert (table["count"] > 0).all()
     leaf = table["kind"] == LEAF
-    assert table["count"][leaf].sum() == reachable
+    assert table["count"][leaf].sum() == stats.references
     assert stats.leaves == leaf.sum()
     if stats.layout == "classic":
         assert (stats.nodes, stats.depth) == (len(table), table["depth"].max())
     corners = mesh.corners().astype(np.float64)
     area = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    assert set(order[reachable:]) == set(np.flatnonzero(~area.any(axis=1)))
+    flat = np.flatnonzero(~area.any(axis=1))
+    assert np.array_equal(np.unique(order), np.arange(len(mesh.triangles)))
+    assert np.array_equal(order[stats.references :], flat) and len(flat) == stats.rejected
 
 
-@every_tree
+@every_tree_of_one_reference
+@every_mesh
+def test_the_order_is_a_permutation_and_no_leaf_is_empty(variant, name):
+    mesh = MESHES[name]
+    tree = variant.tree(*mesh)
+    assert np.array_equal(np.sort(tree.order()), np.arange(len(mesh.triangles)))
+    assert tree.stats.references == tree.stats.triangles - tree.stats.rejected
+    assert (tree.nodes()["count"] > 0).all()
+
+
+@every_hierarchy
 @every_mesh
 def test_clip_planes_are_exactly_the_childrens_bounds_and_boxes_are_cut_by_them(variant, name):
     mesh = MESHES[name]
@@ -123,7 +140,55 @@ def test_clip_planes_are_exactly_the_childrens_bounds_and_boxes_are_cut_by_them(
     assert (table["lower"][1:] >= table["lower"][inner]).all() and (table["upper"][1:] <= table["upper"][inner]).all()
 
 
-@every_tree
+@every_kd_tree
+@every_mesh
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_a_kd_trees_planes_divide_its_cells_and_leaves_refer_to_what_reaches_into_them(variant, name, dtype):
+    mesh = MESHES[name].astype(dtype)
+    tree = variant.tree(*mesh)
+    table, order = tree.nodes(), tree.order()
+    assert np.array_equal([table["lower"][0], table["upper"][0]], tree.bounds)
+    for parent, left, right in children(table):
+        axis, clip = table["axis"][parent], table["clip"][parent]
+        assert clip[0] == clip[1]
+        assert table["lower"][parent, axis] < clip[0] < table["upper"][parent, axis]
+        upper, lower = table["upper"][parent].copy(), table["lower"][parent].copy()
+        upper[axis], lower[axis] = clip
+        assert np.array_equal(table["lower"][left], table["lower"][parent])
+        assert np.array_equal(table["upper"][left], upper)
+        assert np.array_equal(table["upper"][right], table["upper"][parent])
+        assert np.array_equal(table["lower"][right], lower)
+    low, high = boxes(mesh)
+    for leaf in table[table["kind"] == LEAF]:
+        rows = order[leaf["first"] : leaf["first"] + leaf["count"]]
+        assert (np.diff(rows) > 0).all()
+        assert (low[rows] <= leaf["upper"]).all() and (high[rows] >= leaf["lower"]).all()
+
+
+@every_kd_tree
+def test_a_kd_tree_says_how_often_it_refers_to_triangles(variant):
+    tree = variant.tree(*MESHES["terrain"])
+    stats = tree.stats
+    assert stats.references > stats.triangles
+    assert len(tree.order()) == stats.references + stats.rejected
+    assert stats.to_dict()["references"] == stats.references
+
+
+@every_bvh
+@every_mesh
+def test_a_bvhs_boxes_are_those_of_what_lies_below(variant, name):
+    mesh = MESHES[name]
+    tree = variant.tree(*mesh)
+    table = tree.nodes()
+    low, high = (part[tree.order()] for part in boxes(mesh))
+    assert np.array_equal([table["lower"][0], table["upper"][0]], tree.bounds)
+    for node in table:
+        below = slice(node["first"], node["first"] + node["count"])
+        assert np.array_equal(node["lower"], low[below].min(axis=0))
+        assert np.array_equal(node["upper"], high[below].max(axis=0))
+
+
+@every_hierarchy
 def test_clip_planes_of_float64_are_the_next_float32_outward(variant):
     mesh = meshes.soup(200, 0.2, dtype=np.float64)
     mesh = meshes.Triangles(mesh.vertices + 1000 / 3, mesh.triangles)
@@ -257,11 +322,13 @@ def test_same_tree_for_any_number_of_threads(dtype):
 def test_leaf_size_bounds_the_leaves():
     mesh = MESHES["soup"]
     for size in (1, 2, 3, 5, 16, 1000):
-        table = bihtree.Tree(*mesh, leaf_size=size).nodes()
+        table = bihtree.Tree(*mesh, layout="classic", leaf_size=size).nodes()
         assert table["count"][table["kind"] == LEAF].max() <= size
         inner = table["count"][table["kind"] == INNER]
         assert (inner > size).all()
-    assert len(bihtree.Tree(*mesh, leaf_size=1000).nodes()) == 1
+        wide = bihtree.Tree(*mesh, leaf_size=size).nodes()
+        assert wide["count"][wide["kind"] == LEAF].max() <= min(size, 8)
+    assert len(bihtree.Tree(*mesh, layout="classic", leaf_size=1000).nodes()) == 1
 
 
 def test_every_variant_of_an_empty_tree():

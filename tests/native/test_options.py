@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tests import meshes
+from tests.variants import OWN
 
 BOX = meshes.box()
 
@@ -16,8 +17,8 @@ BOX = meshes.box()
     ("name", "value"),
     [
         ("structure", "octree"),
-        ("structure", "kd_tree"),
-        ("structure", "bvh"),
+        ("structure", "kd-tree"),
+        ("structure", "BVH"),
         ("structure", "BIH"),
         ("structure", ""),
         ("layout", "tall"),
@@ -56,6 +57,46 @@ def test_the_bucket_sort_is_of_the_global_heuristic(heuristic):
         assert not bihtree.Tree(*BOX, presort=presort, heuristic=heuristic).stats.presorted
 
 
+@pytest.mark.parametrize(
+    ("structure", "name", "value"),
+    [
+        ("kd_tree", "layout", "wide"),
+        ("kd_tree", "layout", "compact"),
+        ("kd_tree", "heuristic", "global"),
+        ("kd_tree", "heuristic", "local"),
+        ("kd_tree", "presort", True),
+        ("kd_tree", "leaf_size", 4),
+        ("bvh", "layout", "classic"),
+        ("bvh", "heuristic", "global"),
+        ("bvh", "heuristic", "local"),
+        ("bvh", "presort", True),
+    ],
+)
+def test_options_that_do_not_go_together_are_both_named(structure, name, value):
+    with pytest.raises(ValueError, match=f"structure.*{structure}.*{name}.*{value}") as caught:
+        bihtree.Tree(*BOX, structure=structure, **{name: value})
+    assert not isinstance(caught.value, bihtree.GeometryError)
+
+
+@pytest.mark.parametrize(
+    ("structure", "layouts", "heuristics"),
+    [
+        ("bih", ("classic", "wide", "compact"), ("global", "local", "sah")),
+        ("kd_tree", ("classic",), ("sah",)),
+        ("bvh", ("wide", "compact"), ("sah",)),
+    ],
+)
+def test_options_that_go_together(structure, layouts, heuristics):
+    """What is not given is the structure's own."""
+    for layout in (None, *layouts):
+        for heuristic in (None, *heuristics):
+            given = {"layout": layout, "heuristic": heuristic}
+            options = {name: value for name, value in given.items() if value is not None}
+            stats = bihtree.Tree(*BOX, structure=structure, presort=False, **options).stats
+            expected = (structure, layout or OWN[structure][0], heuristic or OWN[structure][1])
+            assert (stats.structure, stats.layout, stats.heuristic) == expected
+
+
 def test_an_unknown_option():
     with pytest.raises(TypeError, match="colour"):
         bihtree.Tree(*BOX, colour="red")
@@ -68,7 +109,7 @@ def test_options_are_keywords():
 
 def test_what_is_offered():
     tree = bihtree.Tree(
-        *BOX, structure="bih", layout="classic", build="eager", heuristic="global", presort=False,
+        *BOX, structure="bih", layout="wide", build="eager", heuristic="global", presort=False,
         precision="watertight", leaf_size=None, threads=0, copy=True, progress=None,
     )  # fmt: skip
     assert tree.nodes().tobytes() == bihtree.Tree(*BOX, presort=None).nodes().tobytes()

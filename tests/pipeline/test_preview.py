@@ -120,6 +120,17 @@ def test_passes_do_not_depend_on_what_else_is_asked_for(asked: tuple[str, ...]) 
         assert (values == alone[name]).all()
 
 
+def test_only_what_the_outputs_are_made_of_is_traced() -> None:
+    settings = Settings(passes=("normal",))
+    for outputs, made in (
+        (preview.Outputs(), set()),
+        (preview.Outputs((Path("a.exr"),)), set()),
+        (preview.Outputs((Path("a.exr"), Path("b.png"))), {"combined"}),
+        (preview.Outputs(overlay=Path("b.png")), {"combined", "depth"}),
+    ):
+        assert set(preview.trace(two_boxes(), settings, outputs=outputs).passes) == {"normal"} | made
+
+
 def test_shadows_and_lights_reach_the_picture() -> None:
     lit = preview.trace(two_boxes(), Settings()).passes["combined"]
     scene = two_boxes()
@@ -158,9 +169,9 @@ def test_the_report_is_plain_json_and_adds_up() -> None:
     assert report["leaves"] == (traced.tree.nodes()["kind"] == 1).sum() < report["nodes"]
     assert report["threads"] >= 1
     assert report["versions"]["bihtree"] == bihtree.__version__
-    assert {"normal pass", "triangle pass"} < set(report["left_out"])
-    assert "combined pass" not in report["left_out"]
-    assert all(isinstance(reason, str) for reason in report["left_out"].values())
+    kept = {part["part"]: part["kept"] for part in report["needs"]}
+    assert (kept["normal pass"], kept["triangle pass"], kept["combined pass"]) == (False, False, True)
+    assert all(isinstance(part["why"], str) and part["why"] for part in report["needs"])
 
 
 def test_the_summary_has_a_line_for_each_number() -> None:

@@ -1,11 +1,11 @@
-//! Our side.
+//! Our sides: the Bounding Interval Hierarchy and the rivals in the same house.
 
 use std::time::Instant;
 
-use bih_core::build::{Build, Heuristic, Layout, Precision};
+use bih_core::build::{self, Build, Heuristic, Layout, Precision};
 use bih_core::simd::FloatEnvironment;
 use bih_core::traverse::{Hits, Limits, RayBatch, Stack, Tracer, Vectors, Way};
-use bih_core::{BuildOptions, Control, Hit, Tree, Triangles, build};
+use bih_core::{BuildOptions, Control, Hit, Tree, Triangles};
 use rayon::prelude::*;
 use serde_json::{Map, Value, json};
 
@@ -22,8 +22,8 @@ pub struct BihSide {
 
 impl BihSide {
     /// Each word sets one option; the place to add a layout, heuristic, precision or presort.
-    pub fn parse(words: &[&str]) -> Result<Self, String> {
-        let mut options = BuildOptions::default();
+    pub fn parse(structure: build::Structure, words: &[&str]) -> Result<Self, String> {
+        let mut options = BuildOptions::of(structure);
         for &word in words {
             match word {
                 "classic" => options.layout = Layout::Classic,
@@ -45,12 +45,13 @@ impl BihSide {
                 },
             }
         }
+        options.check().map_err(|error| error.to_string())?;
         Ok(Self { options })
     }
 
     pub fn build<'m>(&self, mesh: &'m Mesh) -> BihTree<'m> {
         let triangles = mesh.borrowed();
-        let tree = build(&triangles, &self.options, &Control::default()).expect("nothing cancels it");
+        let tree = bih_core::build(&triangles, &self.options, &Control::default()).expect("nothing cancels it");
         BihTree { tree, triangles }
     }
 }
@@ -67,20 +68,24 @@ pub struct BihTree<'m> {
 
 impl Structure for BihTree<'_> {
     fn trace(&self, rays: &RaySet, call: Call) -> (f64, Answers) {
-        let (is_single, is_any) = (call == Call::Single, rays.kind.is_any());
+        let way = match call {
+            Call::Single => Some(Way::Alone),
+            Call::TwoByTwo => Some(Way::TwoByTwo),
+            _ => None,
+        };
+        let is_any = rays.kind.is_any();
         let control = Control::default();
         let start = Instant::now();
         if is_any {
-            let hidden = if is_single {
-                self.each(&rays.rays, |tracer, rays, stack, hidden| tracer.occluded(rays, Way::Alone, stack, hidden))
+            let hidden = if let Some(way) = way {
+                self.each(&rays.rays, |tracer, rays, stack, hidden| tracer.occluded(rays, way, stack, hidden))
             } else {
                 batch(rays).occluded(&self.tree, &self.triangles, &control).expect("nothing cancels it")
             };
             (start.elapsed().as_secs_f64(), Answers::Hidden(hidden))
         } else {
-            if is_single {
-                let hits =
-                    self.each(&rays.rays, |tracer, rays, stack, hits| tracer.closest(rays, Way::Alone, stack, hits));
+            if let Some(way) = way {
+                let hits = self.each(&rays.rays, |tracer, rays, stack, hits| tracer.closest(rays, way, stack, hits));
                 let seconds = start.elapsed().as_secs_f64();
                 return (seconds, Answers::Nearest(hits.into_iter().map(found).collect()));
             }
@@ -100,6 +105,7 @@ impl Structure for BihTree<'_> {
                 let stats = self.tree.stats();
                 facts.insert("nodes".to_owned(), json!(stats.nodes));
                 facts.insert("leaves".to_owned(), json!(stats.leaves));
+                facts.insert("references".to_owned(), json!(stats.references));
                 facts.insert("depth".to_owned(), json!(stats.depth));
                 facts.insert("tree_bytes".to_owned(), json!(stats.tree_bytes));
                 facts.insert("bound_bytes".to_owned(), json!(stats.bound_bytes));

@@ -3,7 +3,7 @@
 use std::f32::consts::PI;
 
 use bih_core::Control;
-use bih_core::render::{Camera, Light, Lighting, RenderOptions, Tile, render, sample_offset};
+use bih_core::render::{Camera, Light, Lighting, RenderOptions, Tile, Wanted, render, sample_offset};
 use rayon::prelude::*;
 
 use crate::bih::BihTree;
@@ -35,11 +35,10 @@ pub fn by_bih(built: &BihTree, view: &View, samples: u32, shadows: bool) -> Pict
         samples,
         seed: 0,
         lighting: Lighting { lights: vec![light], shadows },
-        combined: true,
-        cost: false,
+        wanted: Wanted { combined: true, ..Wanted::default() },
     };
     let passes = render(&built.tree, &built.triangles, &camera, &options, &Control::default());
-    passes.expect("nothing cancels it").pixels.into_iter().map(|pixel| pixel.combined[0]).collect()
+    passes.expect("nothing cancels it").combined.into_iter().map(|[red, ..]| red).collect()
 }
 
 /// The pinhole as the matrix that bih-core takes: its near plane a thousandth of the way to the target, none far.

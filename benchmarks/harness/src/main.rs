@@ -17,6 +17,7 @@ mod rays;
 mod rounds;
 mod runs;
 mod side;
+mod slides;
 mod vector;
 
 use std::process::ExitCode;

@@ -34,6 +34,16 @@ pub struct Mesh {
 }
 
 impl Mesh {
+    /// Triangles that share nothing, from one side of the unit cube.
+    #[cfg(test)]
+    pub fn of_soup(corners: &[[Vector; 3]], [width, height]: [usize; 2]) -> Self {
+        let (eye, target) = ([0.5, 0.5, -1.5], [0.5, 0.5, 0.5]);
+        let view = View { eye, target, up: [0.0, 1.0, 0.0], angle: 45.0, light: eye, width, height };
+        let vertices = corners.as_flattened().iter().copied().chain([[0.0; 3]]).collect();
+        let triangles = (0..corners.len() as u32).map(|row| [3 * row, 3 * row + 1, 3 * row + 2]).collect();
+        Self { view, padded_vertices: vertices, triangles }
+    }
+
     /// To be looked at in a picture of so many pixels.
     pub fn read(path: &Path, size: [usize; 2]) -> io::Result<Self> {
         let bytes = fs::read(path)?;

@@ -95,7 +95,8 @@ impl Structure for ObvhsTree {
     }
 }
 
-fn each<A: Send>(rays: &[Ray], answers: &mut [A], answer: impl Fn(&Ray) -> A + Sync) {
+/// The answer to each ray, on all threads.
+pub fn each<A: Send>(rays: &[Ray], answers: &mut [A], answer: impl Fn(&Ray) -> A + Sync) {
     answers.par_chunks_mut(CHUNK).zip(rays.par_chunks(CHUNK)).for_each(|(answers, rays)| {
         for (slot, ray) in answers.iter_mut().zip(rays) {
             *slot = answer(ray);

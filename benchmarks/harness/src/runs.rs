@@ -156,7 +156,7 @@ impl Bench<'_> {
                 let scene = side.build(self.mesh);
                 Ok(self.pool.install(|| by_embree(&scene, self.mesh, samples)))
             }
-            Side::Obvhs(_) => Err("takes no picture".to_owned()),
+            Side::Obvhs(_) | Side::Slides(_) => Err("takes no picture".to_owned()),
         }
     }
 

@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use bih_core::build::Structure::{Bih, Bvh, KdTree};
 use rayon::ThreadPool;
 
 use crate::bih::BihSide;
@@ -9,6 +10,7 @@ use crate::embree::{self, Device, EmbreeSide, Packet};
 use crate::mesh::Mesh;
 use crate::obvhs::ObvhsSide;
 use crate::rays::{Found, Kind, Ray};
+use crate::slides::SlidesSide;
 
 /// The rays in every form that a side takes them in, made beforehand.
 pub struct RaySet {
@@ -45,6 +47,8 @@ pub enum Call {
     Batch,
     /// One ray at a time.
     Single,
+    /// 2 x 2 rays of ours together.
+    TwoByTwo,
     /// Packets of so many rays.
     Packet(usize),
     /// Packets that the side is told to be coherent.
@@ -56,6 +60,7 @@ impl Call {
         Some(match name {
             "batch" => Self::Batch,
             "1" => Self::Single,
+            "2x2" => Self::TwoByTwo,
             "8" => Self::Packet(8),
             "16" => Self::Packet(16),
             "8c" => Self::Coherent(8),
@@ -88,6 +93,7 @@ pub enum Side<'a> {
     Bih(BihSide),
     Embree(EmbreeSide<'a>),
     Obvhs(ObvhsSide),
+    Slides(SlidesSide),
 }
 
 /// Whether there is a side of that name.
@@ -100,17 +106,20 @@ pub fn is_known(name: &str) -> bool {
 }
 
 impl<'a> Side<'a> {
-    /// By its name, such as bih/wide, embree/medium/robust or obvhs/bvh2/fastest.
+    /// By its name, such as bih/wide, bvh, kd_tree, embree/medium/robust or obvhs/bvh2/fastest.
     pub fn parse(name: &str, device: Option<&'a Device>) -> Result<Self, String> {
         let mut parts = name.split('/');
         let peer = parts.next().unwrap_or_default();
         let options: Vec<_> = parts.collect();
         match (peer, device) {
-            ("bih", _) => BihSide::parse(&options).map(Self::Bih),
+            ("bih", _) => BihSide::parse(Bih, &options).map(Self::Bih),
+            ("bvh", _) => BihSide::parse(Bvh, &options).map(Self::Bih),
+            ("kd_tree", _) => BihSide::parse(KdTree, &options).map(Self::Bih),
             ("embree", Some(device)) => EmbreeSide::parse(&options, device).map(Self::Embree),
             ("embree", None) => Err("no --embree-libs".to_owned()),
             ("obvhs", _) => ObvhsSide::parse(&options).map(Self::Obvhs),
-            _ => Err("neither bih, embree nor obvhs".to_owned()),
+            ("slides", _) => SlidesSide::parse(&options).map(Self::Slides),
+            _ => Err("neither bih, bvh, kd_tree, embree, obvhs nor slides".to_owned()),
         }
         .map_err(|reason| format!("{name}: {reason}"))
     }
@@ -123,6 +132,7 @@ impl<'a> Side<'a> {
             Self::Bih(side) => Box::new(pool.install(|| side.build(mesh))),
             Self::Embree(side) => Box::new(side.build(mesh)),
             Self::Obvhs(side) => Box::new(pool.install(|| side.build(mesh))),
+            Self::Slides(side) => Box::new(side.build(mesh)),
         };
         (start.elapsed().as_secs_f64(), built)
     }

@@ -2,7 +2,7 @@
 //! `make test-neon` checks by running this on two.
 
 use bih_core::build::{Layout, Precision};
-use bih_core::render::{Camera, Lighting, RenderOptions, Tile, render};
+use bih_core::render::{Camera, Lighting, RenderOptions, Tile, Wanted, render};
 use bih_core::traverse::{Hits, Limits, RayBatch, Vectors};
 use bih_core::{BuildOptions, Control, Triangles, Vertices, build};
 
@@ -56,8 +56,7 @@ fn main() {
         samples: 2,
         seed: 1,
         lighting: Lighting::default(),
-        combined: true,
-        cost: true,
+        wanted: Wanted::ALL,
     };
     let control = Control::default();
     let mut digest = Digest(0xcbf2_9ce4_8422_2325);

@@ -29,6 +29,18 @@ pub enum Error {
         /// The most one tree can hold.
         limit: usize,
     },
+    /// Options that do not go with each other.
+    #[error("structure: {structure:?} does not go with {argument} {value}; {advice}")]
+    Incompatible {
+        /// The name of the structure.
+        structure: &'static str,
+        /// The other argument.
+        argument: &'static str,
+        /// Its value, as it is written.
+        value: String,
+        /// What to do.
+        advice: &'static str,
+    },
     /// A tree that breaks one of its own rules.
     #[error("node {node}: {problem}")]
     Broken {

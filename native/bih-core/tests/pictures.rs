@@ -1,7 +1,7 @@
 //! Pictures, traced in packets, against single rays.
 
 use bih_core::build::{Layout, Precision};
-use bih_core::render::{Camera, Light, Lighting, Passes, RenderOptions, Tile, render, sample_offset};
+use bih_core::render::{Camera, Light, Lighting, Passes, RenderOptions, Tile, Wanted, render, sample_offset};
 use bih_core::simd::InstructionSet;
 use bih_core::traverse::{Stack, Tracer, Way};
 use bih_core::{BuildOptions, Control, Tree, Triangles, Vertices, build};
@@ -50,20 +50,22 @@ fn camera(offset: f64) -> Camera {
     Camera::new(std::array::from_fn(|i| std::array::from_fn(|j| product(i, j))), WIDTH, HEIGHT).unwrap()
 }
 
-fn picture(tree: &Tree, triangles: &Triangles, offset: f64, samples: u32, cost: bool) -> Passes {
+fn options(offset: f64, samples: u32, cost: bool) -> RenderOptions {
     let lights = vec![
         Light::Point { position: [2.0 + offset, 1.5 - offset, 0.8 + offset], power: [40.0, 30.0, 20.0] },
         Light::Sun { direction: [-0.5, 0.3, -0.4], irradiance: [1.0; 3] },
     ];
-    let options = RenderOptions {
+    RenderOptions {
         tile: Tile { x: 0, y: 0, width: WIDTH, height: HEIGHT },
         samples,
         seed: 1,
         lighting: Lighting { lights, shadows: true },
-        combined: true,
-        cost,
-    };
-    render(tree, triangles, &camera(offset), &options, &Control::default()).unwrap()
+        wanted: Wanted { cost, ..Wanted::ALL },
+    }
+}
+
+fn picture(tree: &Tree, triangles: &Triangles, offset: f64, samples: u32, cost: bool) -> Passes {
+    render(tree, triangles, &camera(offset), &options(offset, samples, cost), &Control::default()).unwrap()
 }
 
 #[test]
@@ -76,16 +78,16 @@ fn pixels_show_what_single_rays_hit() {
         let tracer = Tracer { tree: &tree, triangles: &triangles, set: InstructionSet::Scalar };
         let mut stack = Stack::default();
         let mut hits = 0;
-        for (i, pixel) in passes.pixels.iter().enumerate() {
+        assert!(passes.cost.is_empty());
+        for (i, &triangle) in passes.triangle.iter().enumerate() {
             let ray = camera(0.0).ray(i as u32 % WIDTH, i as u32 / WIDTH, sample_offset(0, 1));
             let mut hit = [None];
             tracer.closest(&[ray], Way::Alone, &mut stack, &mut hit);
             let expected = hit[0].map_or(-1, |hit| hit.triangle as i32);
-            assert_eq!(pixel.triangle, expected, "{precision:?} pixel {i}");
-            assert_eq!(pixel.cost, [0.0; 2]);
+            assert_eq!(triangle, expected, "{precision:?} pixel {i}");
             hits += usize::from(expected >= 0);
         }
-        assert!(hits > 1000 && hits < passes.pixels.len(), "{hits}");
+        assert!(hits > 1000 && hits < passes.triangle.len(), "{hits}");
     }
 }
 
@@ -95,10 +97,8 @@ fn the_cost_changes_nothing_else() {
     let triangles = Triangles::new(Vertices::F32(&soup), None).unwrap();
     let tree = tree(&triangles, Precision::Watertight);
     let [without, with] = [false, true].map(|cost| picture(&tree, &triangles, 0.0, 1, cost));
-    for (a, b) in without.pixels.iter().zip(&with.pixels) {
-        assert!(b.cost[0] >= 1.0);
-        assert_eq!(*a, bih_core::render::Pixel { cost: [0.0; 2], ..*b });
-    }
+    assert!(with.cost.iter().all(|cost| cost[0] >= 1.0));
+    assert_eq!(without, Passes { cost: Vec::new(), ..with });
 }
 
 /// Single precision finds no shadow of a surface on itself, also where its coordinates are large.
@@ -109,11 +109,32 @@ fn fast_pictures_are_those_of_exact_ones_but_for_edges() {
         let triangles = Triangles::new(Vertices::F32(&soup), None).unwrap();
         let [exact, fast] = [Precision::Watertight, Precision::Fast]
             .map(|precision| picture(&tree(&triangles, precision), &triangles, f64::from(offset), 1, false));
-        let differ = |(a, b): (&bih_core::render::Pixel, &bih_core::render::Pixel)| {
-            (0..4).any(|i| (a.combined[i] - b.combined[i]).abs() > 1e-2 * a.combined[i].abs())
-        };
-        let differing = exact.pixels.iter().zip(&fast.pixels).filter(|&pair| differ(pair)).count();
-        let lit = exact.pixels.iter().filter(|pixel| pixel.combined[3] > 0.0).count();
+        let differ = |(a, b): (&[f32; 4], &[f32; 4])| (0..4).any(|i| (a[i] - b[i]).abs() > 1e-2 * a[i].abs());
+        let differing = exact.combined.iter().zip(&fast.combined).filter(|&pair| differ(pair)).count();
+        let lit = exact.combined.iter().filter(|colour| colour[3] > 0.0).count();
         assert!(lit > 1000 && 200 * differing < lit, "{differing} of {lit} at {offset}");
     }
+}
+
+/// Each pass alone is what it is among all, and the passes of a tile are those of the picture.
+#[test]
+fn passes_that_nobody_wants_change_no_other() {
+    let soup = hills(0.0);
+    let triangles = Triangles::new(Vertices::F32(&soup), None).unwrap();
+    let tree = tree(&triangles, Precision::Watertight);
+    let all = picture(&tree, &triangles, 0.0, 2, true);
+    let none = Passes { width: WIDTH as usize, height: HEIGHT as usize, ..Passes::default() };
+    let traced = |wanted: Wanted| {
+        let options = RenderOptions { wanted, ..options(0.0, 2, true) };
+        render(&tree, &triangles, &camera(0.0), &options, &Control::default()).unwrap()
+    };
+    let nothing = Wanted::default();
+    assert_eq!(traced(nothing), none);
+    let Passes { combined, depth, normal, position, triangle, cost, .. } = all;
+    assert_eq!(traced(Wanted { combined: true, ..nothing }), Passes { combined, ..none.clone() });
+    assert_eq!(traced(Wanted { depth: true, ..nothing }), Passes { depth, ..none.clone() });
+    assert_eq!(traced(Wanted { normal: true, ..nothing }), Passes { normal, ..none.clone() });
+    assert_eq!(traced(Wanted { position: true, ..nothing }), Passes { position, ..none.clone() });
+    assert_eq!(traced(Wanted { triangle: true, ..nothing }), Passes { triangle, ..none.clone() });
+    assert_eq!(traced(Wanted { cost: true, ..nothing }), Passes { cost, ..none });
 }

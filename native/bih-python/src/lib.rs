@@ -7,6 +7,7 @@ mod camera;
 mod errors;
 mod hits;
 mod mesh;
+mod options;
 mod render;
 mod stats;
 mod supervise;

@@ -1,6 +1,8 @@
 //! Pictures.
 
-use bih_core::render::{Light, Lighting, Passes, Pixel, RenderOptions, Tile, render as core_render};
+use std::collections::HashMap;
+
+use bih_core::render::{Light, Lighting, RenderOptions, Tile, Wanted, render as core_render};
 use bih_core::simd::FloatEnvironment;
 use numpy::{Element, PyArray, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
@@ -44,8 +46,7 @@ pub fn render<'py>(
         samples,
         seed: count("seed", seed, 0)? as u64,
         lighting: Lighting { lights: lights.map_or(Ok(Vec::new()), read_lights)?, shadows },
-        combined: passes.iter().any(|pass| pass == "combined"),
-        cost: passes.iter().any(|pass| pass == "cost"),
+        wanted: wanted(&passes),
     };
     let picture = scene.with_triangles(py, |triangles| {
         supervise(py, scene.pool.as_ref(), progress, |control| {
@@ -53,28 +54,52 @@ pub fn render<'py>(
         })
     })??;
     let result = PyDict::new(py);
+    let shape = [picture.height, picture.width];
+    let mut arrays = HashMap::from([
+        ("combined", channels(py, picture.combined, shape)?),
+        ("depth", flat(py, picture.depth, shape, 1)?),
+        ("normal", channels(py, picture.normal, shape)?),
+        ("position", channels(py, picture.position, shape)?),
+        ("triangle", flat(py, picture.triangle, shape, 1)?),
+        ("cost", channels(py, picture.cost, shape)?),
+    ]);
     for pass in &passes {
-        let array = match pass.as_str() {
-            "combined" => channels(py, &picture, |pixel| pixel.combined)?,
-            "depth" => channels(py, &picture, |pixel| [pixel.depth])?,
-            "normal" => channels(py, &picture, |pixel| pixel.normal)?,
-            "position" => channels(py, &picture, |pixel| pixel.position)?,
-            "triangle" => channels(py, &picture, |pixel| [pixel.triangle])?,
-            _ => channels(py, &picture, |pixel| pixel.cost)?,
-        };
-        result.set_item(pass, array)?;
+        if let Some(array) = arrays.remove(pass.as_str()) {
+            result.set_item(pass, array)?;
+        }
     }
     Ok(result)
 }
 
-/// One pass as (height, width, channels).
-fn channels<'py, T: Element, const N: usize>(
-    py: Python<'py>,
-    picture: &Passes,
-    value: impl Fn(&Pixel) -> [T; N],
-) -> PyResult<Bound<'py, PyAny>> {
-    let values: Vec<T> = picture.pixels.iter().flat_map(value).collect();
-    Ok(PyArray::from_vec(py, values).reshape([picture.height, picture.width, N])?.into_any())
+fn wanted(passes: &[String]) -> Wanted {
+    let is_wanted = |name: &str| passes.iter().any(|pass| pass == name);
+    Wanted {
+        combined: is_wanted("combined"),
+        depth: is_wanted("depth"),
+        normal: is_wanted("normal"),
+        position: is_wanted("position"),
+        triangle: is_wanted("triangle"),
+        cost: is_wanted("cost"),
+    }
+}
+
+/// One pass as (height, width, channels), the same memory; without rows where it is empty.
+fn channels<T: Element, const N: usize>(
+    py: Python<'_>,
+    values: Vec<[T; N]>,
+    shape: [usize; 2],
+) -> PyResult<Bound<'_, PyAny>> {
+    flat(py, values.into_flattened(), shape, N)
+}
+
+fn flat<T: Element>(
+    py: Python<'_>,
+    values: Vec<T>,
+    [height, width]: [usize; 2],
+    channels: usize,
+) -> PyResult<Bound<'_, PyAny>> {
+    let height = if values.is_empty() { 0 } else { height };
+    Ok(PyArray::from_vec(py, values).reshape([height, width, channels])?.into_any())
 }
 
 /// The part of the picture to render, within it.

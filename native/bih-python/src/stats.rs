@@ -16,6 +16,7 @@ pub struct Stats {
     triangles: usize,
     nodes: usize,
     leaves: usize,
+    references: usize,
     unbuilt: usize,
     depth: usize,
     tree_bytes: usize,
@@ -28,7 +29,7 @@ pub struct Stats {
     rejected: usize,
 }
 
-const FIELDS: [&str; 18] = [
+const FIELDS: [&str; 19] = [
     "structure",
     "layout",
     "build",
@@ -37,6 +38,7 @@ const FIELDS: [&str; 18] = [
     "triangles",
     "nodes",
     "leaves",
+    "references",
     "unbuilt",
     "depth",
     "tree_bytes",
@@ -52,14 +54,12 @@ const FIELDS: [&str; 18] = [
 impl Stats {
     pub fn new(
         stats: &bih_core::tree::Stats,
-        layout: &'static str,
+        [structure, layout, heuristic, precision]: [&'static str; 4],
         build: &'static str,
-        heuristic: &'static str,
-        precision: &'static str,
         mesh_bytes: usize,
     ) -> Self {
         Self {
-            structure: "bih",
+            structure,
             layout,
             build,
             heuristic,
@@ -67,6 +67,7 @@ impl Stats {
             triangles: stats.triangles,
             nodes: stats.nodes,
             leaves: stats.leaves,
+            references: stats.references,
             unbuilt: stats.unbuilt,
             depth: stats.depth,
             tree_bytes: stats.tree_bytes,

@@ -1,6 +1,6 @@
 //! Trees and their queries.
 
-use bih_core::build::{Build, Heuristic, Layout, Precision};
+use bih_core::build::{Heuristic, Precision, Structure};
 use bih_core::geometry::Triangles;
 use bih_core::simd::FloatEnvironment;
 use bih_core::traverse::{Float, Limits, RayBatch};
@@ -12,9 +12,10 @@ use pyo3::types::{IntoPyDict, PyByteArray};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::arrays::{Limit, LimitArray, limits, vectors};
-use crate::errors::{BihError, GeometryError};
+use crate::errors::{BihError, GeometryError, to_exception};
 use crate::hits::Hits;
 use crate::mesh::Mesh;
+use crate::options::{named_build, named_heuristic, named_layout, named_structure};
 use crate::stats::Stats;
 use crate::supervise::{run, supervise};
 
@@ -34,17 +35,17 @@ type Pair<'py> = (Bound<'py, PyArray1<i32>>, Bound<'py, PyArray1<i32>>);
 #[pymethods]
 impl Tree {
     #[new]
-    #[pyo3(signature = (vertices, triangles=None, *, structure="bih", layout="classic", build="eager",
-        heuristic="global", presort=None, precision="watertight", leaf_size=None, threads=0, copy=true, progress=None))]
+    #[pyo3(signature = (vertices, triangles=None, *, structure="bih", layout=None, build="eager",
+        heuristic=None, presort=None, precision="watertight", leaf_size=None, threads=0, copy=true, progress=None))]
     #[expect(clippy::too_many_arguments, reason = "they are keywords in Python")]
     fn new(
         py: Python<'_>,
         vertices: &Bound<'_, PyAny>,
         triangles: Option<&Bound<'_, PyAny>>,
         structure: &str,
-        layout: &str,
+        layout: Option<&str>,
         build: &str,
-        heuristic: &str,
+        heuristic: Option<&str>,
         presort: Option<bool>,
         precision: &str,
         leaf_size: Option<i64>,
@@ -52,18 +53,10 @@ impl Tree {
         copy: bool,
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        one_of("structure", structure, "bih")?;
-        let layout = match layout {
-            "classic" => Layout::Classic,
-            "wide" => Layout::Wide,
-            "compact" => Layout::Compact,
-            _ => {
-                let text = format!("layout: {layout:?} is unknown; choose \"wide\", \"compact\" or \"classic\"");
-                return Err(PyValueError::new_err(text));
-            }
-        };
+        let structure = named_structure(structure)?;
+        let layout = layout.map_or(Ok(structure.layout()), named_layout)?;
         let build = named_build(build)?;
-        let heuristic = named_heuristic(heuristic)?;
+        let heuristic = heuristic.map_or(Ok(structure.heuristic()), named_heuristic)?;
         let precision = match precision {
             "fast" => Precision::Fast,
             "watertight" => Precision::Watertight,
@@ -73,11 +66,13 @@ impl Tree {
                 return Err(PyValueError::new_err(text));
             }
         };
-        if presort == Some(true) && heuristic != Heuristic::Global {
+        if structure == Structure::Bih && presort == Some(true) && heuristic != Heuristic::Global {
             let text = "presort: the bucket sort is of the cells of heuristic \"global\"; leave it out";
             return Err(PyValueError::new_err(text));
         }
         let leaf_size = leaf_size.map(|size| count("leaf_size", size, 1)).transpose()?;
+        let options = BuildOptions { structure, layout, build, piece: None, heuristic, presort, precision, leaf_size };
+        options.check().map_err(to_exception)?;
         let threads = count("threads", threads, 0)?;
         if let Some(progress) = progress.filter(|progress| !progress.is_callable()) {
             return Err(PyValueError::new_err(format!("progress: {} is not callable", progress.repr()?)));
@@ -89,7 +84,6 @@ impl Tree {
             .then(|| ThreadPoolBuilder::new().num_threads(threads).build())
             .transpose()
             .map_err(|error| BihError::new_err(format!("threads: {threads} could not be started ({error})")))?;
-        let options = BuildOptions { layout, build, heuristic, presort, precision, leaf_size, ..Default::default() };
         let core = mesh.with_triangles(py, |triangles| {
             supervise(py, pool.as_ref(), progress, |control| bih_core::build(&triangles, &options, control))
         })??;
@@ -165,16 +159,8 @@ impl Tree {
             Precision::Fast => "fast",
             Precision::Watertight => "watertight",
         };
-        let heuristic = match self.core.heuristic() {
-            Heuristic::Global => "global",
-            Heuristic::Local => "local",
-            Heuristic::Sah => "sah",
-        };
-        let build = match self.core.build() {
-            Build::Eager => "eager",
-            Build::OnDemand => "on_demand",
-        };
-        Stats::new(&self.core.stats(), layout, build, heuristic, precision, self.mesh.owned_bytes)
+        let names = [self.core.structure().name(), layout, self.core.heuristic().name(), precision];
+        Stats::new(&self.core.stats(), names, self.core.build().name(), self.mesh.owned_bytes)
     }
 
     /// (2, 3) lower and upper corner; inf and -inf where no triangle can be hit.
@@ -202,7 +188,7 @@ impl Tree {
         numpy.call_method("frombuffer", (bytes,), Some(&[("dtype", dtype)].into_py_dict(py)?))
     }
 
-    /// The caller's rows in leaf order, then the rejected ones; a permutation.
+    /// The caller's rows in leaf order, then the rejected ones.
     fn order<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i32>> {
         PyArray1::from_iter(py, self.core.order().into_iter().map(|row| row as i32))
     }
@@ -225,8 +211,9 @@ impl Tree {
     }
 
     fn __repr__(&self) -> String {
-        let stats = self.core.stats();
-        format!("<bihtree.Tree: bih, {} triangles, {} nodes, {} bytes>", stats.triangles, stats.nodes, stats.tree_bytes)
+        let (stats, name) = (self.core.stats(), self.core.structure().name());
+        let tree_bytes = stats.tree_bytes;
+        format!("<bihtree.Tree: {name}, {} triangles, {} nodes, {tree_bytes} bytes>", stats.triangles, stats.nodes)
     }
 }
 
@@ -293,39 +280,6 @@ impl Tree {
     pub fn with_triangles<R>(&self, py: Python<'_>, read: impl FnOnce(Triangles<'_>) -> R) -> PyResult<R> {
         self.mesh.with_triangles(py, read)
     }
-}
-
-/// The heuristic of that name.
-fn named_heuristic(name: &str) -> PyResult<Heuristic> {
-    match name {
-        "global" => Ok(Heuristic::Global),
-        "local" => Ok(Heuristic::Local),
-        "sah" => Ok(Heuristic::Sah),
-        _ => {
-            let text = format!("heuristic: {name:?} is not one; choose \"global\", \"local\" or \"sah\"");
-            Err(PyValueError::new_err(text))
-        }
-    }
-}
-
-/// The construction of that name.
-fn named_build(name: &str) -> PyResult<Build> {
-    match name {
-        "eager" => Ok(Build::Eager),
-        "on_demand" => Ok(Build::OnDemand),
-        _ => {
-            let text = format!("build: {name:?} is unknown; choose \"eager\" or \"on_demand\"");
-            Err(PyValueError::new_err(text))
-        }
-    }
-}
-
-/// Refuse what this version does not have.
-fn one_of(name: &str, value: &str, known: &str) -> PyResult<()> {
-    if value == known {
-        return Ok(());
-    }
-    Err(PyValueError::new_err(format!("{name}: {value:?} is not in this version; choose {known:?}")))
 }
 
 /// A whole number that is not below `least`.

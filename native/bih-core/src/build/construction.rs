@@ -14,6 +14,7 @@ use super::pieces::{GAP, Pieces};
 use super::presort;
 use super::reference::{self, Reference};
 use super::sah::Sah;
+use super::structure::Structure;
 use crate::control::{Cancelled, Control};
 use crate::pages;
 use crate::tree::WIDTH;
@@ -61,7 +62,10 @@ impl Construction<'_> {
         match self.options.heuristic {
             Heuristic::Global => self.by_keys(emission, places),
             Heuristic::Local => self.by_references(Local, emission, places),
-            Heuristic::Sah => self.by_references(Sah, emission, places),
+            Heuristic::Sah if self.options.structure == Structure::Bvh => {
+                self.by_references(Sah::THOROUGH, emission, places)
+            }
+            Heuristic::Sah => self.by_references(Sah::QUICK, emission, places),
         }
     }
 

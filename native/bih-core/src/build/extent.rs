@@ -82,13 +82,10 @@ impl Reading for Part {
 fn surely_has_area<T: Coordinate>(corners: &[[T; 3]; 3]) -> bool {
     const LARGEST: f32 = 1e18;
     const UNIT: f32 = f32::EPSILON / 2.0;
-    let difference = |corner: usize, axis: usize| {
-        let (a, b): (f64, f64) = (corners[corner][axis].into(), corners[0][axis].into());
-        (a - b) as f32
-    };
-    let a: [f32; 3] = std::array::from_fn(|axis| difference(1, axis));
-    let b: [f32; 3] = std::array::from_fn(|axis| difference(2, axis));
-    let in_range = (0..3).all(|axis| a[axis].abs() < LARGEST && b[axis].abs() < LARGEST);
+    let a: [f32; 3] = std::array::from_fn(|axis| corners[1][axis].above_by(corners[0][axis]));
+    let b: [f32; 3] = std::array::from_fn(|axis| corners[2][axis].above_by(corners[0][axis]));
+    // Without branches.
+    let in_range = (0..3).fold(true, |all, axis| all & (a[axis].abs() < LARGEST) & (b[axis].abs() < LARGEST));
     let has_area = (0..3).any(|i| {
         let (j, k) = ((i + 1) % 3, (i + 2) % 3);
         let (p, q) = (a[j] * b[k], a[k] * b[j]);

@@ -3,7 +3,7 @@
 //! Wächter and Keller 2006, section 3.2; the slides' "divide longest side in the middle". All cells of a level have one
 //! shape, so which axis a level halves is one sequence for all of them, and a cell is a code of one bit a level.
 
-use super::source::least;
+use super::source::{least, most};
 
 /// Bits of a code along one axis at most.
 const AXIS_BITS: usize = 31;
@@ -91,12 +91,15 @@ impl Grid {
     /// bits and sorting by its value make one tree.
     #[inline(always)]
     pub fn code(&self, centre: [f64; 3]) -> u64 {
+        /// From this number up there are whole ones alone, and the last bits are theirs: no conversion, which costs more.
+        const WHOLE: f64 = (1u64 << 52) as f64;
         let codes: [u32; 3] = std::array::from_fn(|axis| {
             let cell = (centre[axis] - self.lower[axis]) * self.scale[axis];
-            let cell = least(cell, self.largest[axis]) as i32;
-            // Rounded up, if at all; a centre on a plane is above it. Whatever the roundings, it still grows with the centre.
-            let plane = self.lower[axis] + f64::from(cell) * self.step[axis];
-            (cell - i32::from(centre[axis] < plane)).max(0) as u32
+            // The sum is rounded to the nearest cell.
+            let rounded = least(most(cell, 0.0), self.largest[axis]) + WHOLE;
+            // Too high by one, if at all; a centre on a plane is above it. Whatever the roundings, it still grows with the centre.
+            let plane = self.lower[axis] + (rounded - WHOLE) * self.step[axis];
+            (rounded.to_bits() as i32 - i32::from(centre[axis] < plane)).max(0) as u32
         });
         let mut key = 0;
         for (tables, code) in self.tables.iter().zip(codes) {

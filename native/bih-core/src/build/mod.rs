@@ -8,6 +8,7 @@ mod extent;
 mod frame;
 mod global;
 mod grid;
+mod kd_tree;
 mod keys;
 mod leaves;
 mod local;
@@ -18,6 +19,7 @@ mod presort;
 mod reference;
 mod sah;
 mod source;
+mod structure;
 mod treelet;
 mod wide;
 
@@ -31,6 +33,7 @@ use self::leaves::Places;
 pub(crate) use self::on_demand::OnDemand;
 pub use self::options::{Build, BuildOptions, DEFAULT_LEAF_SIZE, DEFAULT_WIDE_LEAF_SIZE, Heuristic, Layout, Precision};
 use self::pieces::Pieces;
+pub use self::structure::Structure;
 use self::wide::WideRecords;
 use crate::control::Control;
 use crate::error::Error;
@@ -39,8 +42,17 @@ use crate::pages;
 use crate::simd::FloatEnvironment;
 use crate::tree::{Node, Records, Shared, Stats, Tree, Wide};
 
-/// Build the whole tree.
+/// Build the tree; on demand the upper part of it.
 pub fn build(triangles: &Triangles, options: &BuildOptions, control: &Control) -> Result<Tree, Error> {
+    options.check()?;
+    match options.structure {
+        Structure::KdTree => kd_tree::build(triangles, options, control),
+        Structure::Bih | Structure::Bvh => build_in_frame(triangles, options, control),
+    }
+}
+
+/// Build a tree that refers to each triangle once, in any layout.
+pub(crate) fn build_in_frame(triangles: &Triangles, options: &BuildOptions, control: &Control) -> Result<Tree, Error> {
     let limit = options.layout.limit();
     if triangles.len() > limit {
         return Err(Error::TooManyTriangles { triangles: triangles.len(), limit });
@@ -60,7 +72,12 @@ pub fn build(triangles: &Triangles, options: &BuildOptions, control: &Control) -
         pieces: None,
         peak_bytes: 0,
     };
-    let mut stats = Stats { triangles: triangles.len(), rejected: extent.rejected.len(), ..Default::default() };
+    let mut stats = Stats {
+        triangles: triangles.len(),
+        references: accepted.len(),
+        rejected: extent.rejected.len(),
+        ..Default::default()
+    };
     let Parts { nodes, wide, order, on_demand } = if construction.is_on_demand() {
         unfinished(&mut construction, &mut stats)?
     } else {
@@ -78,7 +95,9 @@ pub fn build(triangles: &Triangles, options: &BuildOptions, control: &Control) -
     Ok(Tree {
         nodes,
         wide,
+        kd_tree: None,
         order,
+        structure: options.structure,
         bounds: extent.bounds(),
         precision: options.precision,
         heuristic: options.heuristic,

@@ -2,12 +2,15 @@
 
 use super::frame::{PIECE, most_pieces};
 use super::on_demand::OnDemand;
+use super::structure::Structure;
 use crate::geometry::Triangles;
 use crate::tree::{CompactRecord, Node, Record, WIDTH, Wide};
 
 /// What a person can choose about the construction.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct BuildOptions {
+    /// What is built.
+    pub structure: Structure,
     /// What the tree is traced as.
     pub layout: Layout,
     /// Whether all is built at once.
@@ -74,7 +77,37 @@ pub const DEFAULT_LEAF_SIZE: usize = 4;
 /// The same for wide records: docs/decisions/wide-records.md.
 pub const DEFAULT_WIDE_LEAF_SIZE: usize = 8;
 
+impl Heuristic {
+    /// The name that a person knows it by.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Global => "global",
+            Self::Local => "local",
+            Self::Sah => "sah",
+        }
+    }
+}
+
+impl Build {
+    /// The name that a person knows it by.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Eager => "eager",
+            Self::OnDemand => "on_demand",
+        }
+    }
+}
+
 impl Layout {
+    /// The name that a person knows it by.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Classic => "classic",
+            Self::Wide => "wide",
+            Self::Compact => "compact",
+        }
+    }
+
     /// The most triangles that its records can refer to.
     pub(super) fn limit(self) -> usize {
         match self {

@@ -96,7 +96,7 @@ impl Ranges {
             }
             Self::Sah(ranges) => {
                 let items = collect_rows(triangles, places.order);
-                finish(Sah, emission, ranges[piece], items, triangles, leaf_size, places)
+                finish(Sah::QUICK, emission, ranges[piece], items, triangles, leaf_size, places)
             }
         }
     }

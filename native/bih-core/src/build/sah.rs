@@ -6,21 +6,31 @@ use super::frame::{Cut, Range as Piece, Split};
 use super::local::{Centres, by_median, halve, partition};
 use super::pieces::Ranges;
 use super::reference::Reference;
+use super::source::{least, most};
 use crate::simd::Lanes;
 use crate::tree::{MAX_SPATIAL_DEPTH, WIDTH};
 
 /// Bins an axis.
 const BINS: usize = 16;
 
-/// Ranges below this many have half as many bins; below the second number, on their longest axis alone.
+/// Ranges below this many have half as many bins.
 const FEW: usize = 64;
-const FEWER: usize = 16;
-
-/// Of longer ranges about as many as this, evenly spread, stand for all.
-const SAMPLE: usize = 1024;
 
 /// Splits ranges of references.
-pub struct Sah;
+pub struct Sah {
+    /// Of ranges below this many only the longest axis is looked at.
+    fewer: usize,
+    /// Of longer ranges about as many as this, evenly spread, stand for all.
+    sample: usize,
+}
+
+impl Sah {
+    /// Nearly as good: docs/decisions/heuristics.md.
+    pub const QUICK: Self = Self { fewer: 16, sample: 256 };
+
+    /// Every reference, every axis: docs/decisions/bvh.md.
+    pub const THOROUGH: Self = Self { fewer: 0, sample: usize::MAX };
+}
 
 impl Split for Sah {
     type Item = Reference;
@@ -43,11 +53,17 @@ impl Split for Sah {
         if depth >= MAX_SPATIAL_DEPTH {
             return by_median(references);
         }
-        let stride = references.len().div_ceil(SAMPLE);
+        let stride = references.len().div_ceil(self.sample);
         let centres = Centres::of(references, stride);
         let grid = BinGrid::new(&centres, if references.len() < FEW { BINS / 2 } else { BINS });
-        if let Some((axis, plane)) = best_plane::<L>(references, stride, &grid, axes(references.len(), &centres)) {
-            let count = partition(references, |reference| grid.bin(reference, axis) < plane);
+        let best = if references.len() < self.fewer {
+            let longest = centres.longest_axis();
+            best_plane::<L>(references, stride, &grid, longest..longest + 1)
+        } else {
+            best_plane::<L>(references, stride, &grid, 0..3)
+        };
+        if let Some((axis, plane)) = best {
+            let count = partition(references, |reference| grid.place(reference.half_centre()[axis], axis) < plane);
             return Cut::along(axis, count);
         }
         let centres = if stride == 1 { centres } else { Centres::of(references, 1) };
@@ -55,18 +71,15 @@ impl Split for Sah {
     }
 }
 
-/// The axes that are looked at.
-#[inline(always)]
-fn axes(count: usize, centres: &Centres) -> Range<usize> {
-    let longest = centres.longest_axis();
-    if count < FEWER { longest..longest + 1 } else { 0..3 }
-}
+/// From this number up there are whole ones alone, and the last bits are theirs: no conversion, which costs more.
+const FIRST_BIN: f32 = (1 << 23) as f32;
 
 /// Equal bins over the bounds of the centres.
 struct BinGrid {
     lower: [f32; 4],
     scale: [f32; 4],
     count: usize,
+    last_bin: f32,
 }
 
 impl BinGrid {
@@ -78,18 +91,28 @@ impl BinGrid {
             let side = centres.upper[axis] - centres.lower[axis];
             if side > 0.0 { bins / side } else { 0.0 }
         });
-        Self { lower: centres.lower, scale, count }
+        Self { lower: centres.lower, scale, count, last_bin: FIRST_BIN + (count - 1) as f32 }
     }
 
-    /// Centres beyond the ends fall into the outermost bins.
+    /// The bin of half a centre along an axis, added to `FIRST_BIN`; centres may lie beyond the ends.
     #[inline(always)]
-    fn bin(&self, reference: &Reference, axis: usize) -> usize {
-        let bin = ((reference.half_centre()[axis] - self.lower[axis]) * self.scale[axis]) as i32;
-        bin.clamp(0, self.count as i32 - 1) as usize
+    fn place(&self, half_centre: f32, axis: usize) -> f32 {
+        // Half a bin less, because the sum is rounded to the nearest one.
+        (half_centre - self.lower[axis]) * self.scale[axis] - 0.5 + FIRST_BIN
+    }
+
+    /// The bins along each axis, and one that means nothing. Centres beyond the ends fall into the outermost bins.
+    #[inline(always)]
+    fn bins(&self, reference: &Reference) -> [u32; 4] {
+        let half_centre = reference.half_centre();
+        std::array::from_fn(|axis| {
+            let place = most(self.place(half_centre[axis], axis), FIRST_BIN);
+            least(place, self.last_bin).to_bits() & (BINS as u32 - 1)
+        })
     }
 }
 
-/// The axis and the first bin of the upper part. None where no plane has a cost that can be
+/// The axis and the place of the first bin of the upper part. None where no plane has a cost that can be
 /// compared.
 #[inline(always)]
 fn best_plane<L: Lanes>(
@@ -97,13 +120,14 @@ fn best_plane<L: Lanes>(
     stride: usize,
     grid: &BinGrid,
     axes: Range<usize>,
-) -> Option<(usize, usize)> {
+) -> Option<(usize, f32)> {
     let mut boxes = [[L::splat(f32::NEG_INFINITY); BINS]; 3];
     let mut counts = [[0u32; BINS]; 3];
     for reference in references.iter().step_by(stride) {
         let lanes = reference.lanes::<L>();
+        let bins = grid.bins(reference);
         for axis in axes.clone() {
-            let bin = grid.bin(reference, axis) & (BINS - 1);
+            let bin = bins[axis] as usize;
             boxes[axis][bin] = boxes[axis][bin].maximum(lanes);
             counts[axis][bin] += 1;
         }
@@ -130,7 +154,7 @@ fn best_plane<L: Lanes>(
             let sum = cost(part, count) + upper_costs[bin];
             if sum < best && 0 < count && count < total {
                 best = sum;
-                plane = Some((axis, bin));
+                plane = Some((axis, FIRST_BIN + bin as f32));
             }
         }
     }

@@ -12,6 +12,8 @@ pub trait Coordinate: Copy + PartialOrd + Into<f64> + Send + Sync {
     const CENTRE_SCALE: f64;
     /// The nearest float32.
     fn single(self) -> f32;
+    /// How far it is above another one, in single precision: rounded twice at most, infinite where that overflows.
+    fn above_by(self, other: Self) -> f32;
     /// The largest float32 that is not above.
     fn below(self) -> f32;
     /// The smallest float32 that is not below.
@@ -26,6 +28,10 @@ impl Coordinate for f32 {
     #[inline(always)]
     fn single(self) -> f32 {
         self
+    }
+    #[inline(always)]
+    fn above_by(self, other: Self) -> f32 {
+        self - other
     }
     #[inline(always)]
     fn below(self) -> f32 {
@@ -45,6 +51,10 @@ impl Coordinate for f64 {
     #[inline(always)]
     fn single(self) -> f32 {
         self as f32
+    }
+    #[inline(always)]
+    fn above_by(self, other: Self) -> f32 {
+        (self - other) as f32
     }
     #[inline(always)]
     fn below(self) -> f32 {

@@ -36,7 +36,29 @@ pub fn dot(a: &Vector, b: &Vector) -> f64 {
 }
 
 /// a divided by its length; the zero vector stays zero.
+#[inline]
 pub fn normalise(a: &Vector) -> Vector {
+    unit(a).unwrap_or_else(|| normalise_slowly(a))
+}
+
+/// The unit normal of a triangle with these two edges; zero where it has no area.
+#[inline]
+pub fn normal(a: &Vector, b: &Vector) -> Vector {
+    unit(&cross(a, b)).unwrap_or_else(|| normalise(&cross(&normalise(a), &normalise(b))))
+}
+
+/// a divided by its length where the squares neither overflow nor underflow.
+#[inline(always)]
+fn unit(a: &Vector) -> Option<Vector> {
+    let squared = dot(a, a);
+    (1e-200..1e200).contains(&squared).then(|| {
+        let inverse = 1.0 / squared.sqrt();
+        a.map(|x| x * inverse)
+    })
+}
+
+#[cold]
+fn normalise_slowly(a: &Vector) -> Vector {
     // Scaling by the largest component first keeps the squares in range.
     let largest = a[0].abs().max(a[1].abs()).max(a[2].abs());
     if largest == 0.0 || !largest.is_finite() {

@@ -91,7 +91,7 @@ pub fn build(triangles: &Triangles, costs: &Costs, control: &Control) -> Result<
     let entries = most_entries(references.len());
     control.start(entries);
     let memory = Memory::default();
-    let Subtree { nodes, references, depth } = if references.is_empty() {
+    let Subtree { nodes, references: mut order, depth } = if references.is_empty() {
         Subtree::default()
     } else {
         let builder = Builder { triangles, costs, control, memory: &memory };
@@ -99,21 +99,23 @@ pub fn build(triangles: &Triangles, costs: &Costs, control: &Control) -> Result<
         memory.hold(lists.bytes());
         builder.subtree(lists, Task { cell: bounds, depth: 0, entries })?
     };
-    let tree_bytes = nodes.len() * KdNode::BYTES + (references.len() + rejected.len()) * size_of::<u32>();
+    let references = order.len();
+    order.extend_from_slice(&rejected);
+    let tree_bytes = nodes.len() * KdNode::BYTES + size_of_val(&order[..]);
     let stats = KdStats {
         triangles: triangles.len(),
         rejected: rejected.len(),
         nodes: nodes.len(),
         leaves: nodes.len().div_ceil(2),
         empty_leaves: nodes.iter().filter(|node| matches!(node.kind(), Kind::Leaf { count: 0, .. })).count(),
-        references: references.len(),
+        references,
         depth: depth as usize,
         tree_bytes,
         bound_bytes: bound_bytes(triangles.len()),
         peak_build_bytes: memory.peak.into_inner() + tree_bytes,
         build_seconds: start.elapsed().as_secs_f64(),
     };
-    Ok(KdTree { nodes, references, rejected, bounds, stats })
+    Ok(KdTree { nodes, order, bounds, stats })
 }
 
 /// References of the triangles that a ray can hit, and the rows of those that none can: a coordinate that is not
@@ -240,8 +242,7 @@ impl Subtree {
     }
 
     fn put_leaf(&mut self, node: usize, references: &[Reference], depth: u32) {
-        let first = if references.is_empty() { 0 } else { self.references.len() };
-        self.nodes[node] = KdNode::leaf(first, references.len());
+        self.nodes[node] = KdNode::leaf(self.references.len(), references.len());
         self.references.extend(references.iter().map(|reference| reference.row));
         self.depth = self.depth.max(depth);
     }

@@ -19,9 +19,10 @@ pub use cost::ExpectedCost;
 pub use node::KdNode;
 pub use packet::{LANES, Packet};
 pub use split::Costs;
-pub use walk::{BinaryTree, Stack, walk, walk_packet};
+pub use walk::{Stack, walk, walk_packet};
 
 use crate::geometry::Bounds;
+use crate::tree::{BinaryTree, Kind};
 
 /// The deepest node there can be: no split is made below. Measured in docs/decisions/kd-tree.md.
 pub const MAX_DEPTH: u32 = 64;
@@ -30,10 +31,8 @@ pub const MAX_DEPTH: u32 = 64;
 #[derive(Debug, Clone, PartialEq)]
 pub struct KdTree {
     nodes: Vec<KdNode>,
-    /// Triangle rows, leaf after leaf, in order within a leaf.
-    references: Vec<u32>,
-    /// Rows of triangles that no ray can hit.
-    rejected: Vec<u32>,
+    /// Triangle rows, leaf after leaf, in order within a leaf; then those that no ray can hit.
+    order: Vec<u32>,
     bounds: Bounds,
     stats: KdStats,
 }
@@ -89,14 +88,19 @@ impl KdTree {
         &self.nodes
     }
 
+    /// Triangle rows in leaf order, those in several leaves several times; then those that no ray can hit.
+    pub fn order(&self) -> &[u32] {
+        &self.order
+    }
+
     /// Triangle rows that leaves refer to, in leaf order.
     pub fn references(&self) -> &[u32] {
-        &self.references
+        &self.order[..self.stats.references]
     }
 
     /// Rows of the triangles that no ray can hit.
     pub fn rejected(&self) -> &[u32] {
-        &self.rejected
+        &self.order[self.stats.references..]
     }
 
     /// Bounds of all triangles that can be hit; empty where there is none.
@@ -107,5 +111,25 @@ impl KdTree {
     /// What the tree is and what it cost.
     pub fn stats(&self) -> &KdStats {
         &self.stats
+    }
+}
+
+impl BinaryTree for KdTree {
+    const ONE_PLANE: bool = true;
+    #[inline(always)]
+    fn bounds(&self) -> &Bounds {
+        &self.bounds
+    }
+    #[inline(always)]
+    fn len(&self) -> usize {
+        self.nodes.len()
+    }
+    #[inline(always)]
+    fn kind(&self, node: usize) -> Kind {
+        self.nodes[node].kind()
+    }
+    #[inline(always)]
+    fn references(&self) -> &[u32] {
+        self.references()
     }
 }

@@ -50,7 +50,6 @@ impl KdNode {
     pub(super) fn moved(self, nodes: usize, references: usize) -> Self {
         match self.kind() {
             Kind::Inner { axis, left, clip } => Self::inner(axis, left + nodes, clip[0]),
-            Kind::Leaf { count: 0, .. } => self,
             Kind::Leaf { first, count } => Self::leaf(first + references, count),
         }
     }

@@ -13,7 +13,7 @@ impl KdTree {
     pub fn validate(&self, triangles: &Triangles) -> Result<(), Error> {
         let broken = |node: usize, problem: String| Err(Error::Broken { node, problem });
         let mut seen = vec![false; triangles.len()];
-        for &row in self.references.iter().chain(&self.rejected) {
+        for &row in &self.order {
             match seen.get_mut(row as usize) {
                 None => return broken(0, format!("reference to triangle {row} of {}", triangles.len())),
                 Some(seen) => *seen = true,
@@ -25,6 +25,7 @@ impl KdTree {
         if self.stats.tree_bytes > self.stats.bound_bytes {
             return broken(0, format!("{} bytes exceed {}", self.stats.tree_bytes, self.stats.bound_bytes));
         }
+        let references = self.references();
         let (mut reached, mut covered) = (0, 0);
         let mut waiting = Vec::new();
         if !self.nodes.is_empty() {
@@ -49,13 +50,12 @@ impl KdTree {
                     above.lower[axis] = plane;
                     waiting.extend([(left + 1, depth + 1, above), (left, depth + 1, below)]);
                 }
-                Kind::Leaf { count: 0, .. } => {}
                 Kind::Leaf { first, count } => {
-                    if first != covered || count > self.references.len() - first {
+                    if first != covered || count > references.len() - first {
                         return broken(node, format!("references {first} to {} after {covered}", first + count));
                     }
                     covered += count;
-                    let rows = &self.references[first..covered];
+                    let rows = &references[first..covered];
                     if !rows.is_sorted_by(|a, b| a < b) {
                         return broken(node, "rows out of order".to_owned());
                     }
@@ -71,7 +71,7 @@ impl KdTree {
                 }
             }
         }
-        if reached != self.nodes.len() || covered != self.references.len() {
+        if reached != self.nodes.len() || covered != references.len() {
             return broken(0, format!("{reached} of {} nodes, {covered} references", self.nodes.len()));
         }
         Ok(())

@@ -3,70 +3,11 @@
 
 use std::ops::ControlFlow;
 
+use super::MAX_DEPTH;
 use super::packet::{Packet, any, in_order, larger, smaller};
-use super::{KdTree, MAX_DEPTH};
-use crate::geometry::{Bounds, Ray};
+use crate::geometry::Ray;
 use crate::traverse::Counter;
-use crate::tree::{self, Kind, Tree};
-
-/// Nodes whose children lie below and above planes across one axis.
-pub trait BinaryTree {
-    /// Whether the two planes of a node are always the same one.
-    const ONE_PLANE: bool;
-    /// The box of all triangles.
-    fn bounds(&self) -> &Bounds;
-    /// How many nodes there are; the root has number 0.
-    fn len(&self) -> usize;
-    /// Whether there is none.
-    fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-    /// A node.
-    fn kind(&self, node: usize) -> Kind;
-    /// Triangle rows, leaf after leaf.
-    fn references(&self) -> &[u32];
-}
-
-impl BinaryTree for KdTree {
-    const ONE_PLANE: bool = true;
-    #[inline(always)]
-    fn bounds(&self) -> &Bounds {
-        &self.bounds
-    }
-    #[inline(always)]
-    fn len(&self) -> usize {
-        self.nodes.len()
-    }
-    #[inline(always)]
-    fn kind(&self, node: usize) -> Kind {
-        self.nodes[node].kind()
-    }
-    #[inline(always)]
-    fn references(&self) -> &[u32] {
-        &self.references
-    }
-}
-
-/// The classic layout.
-impl BinaryTree for Tree {
-    const ONE_PLANE: bool = false;
-    #[inline(always)]
-    fn bounds(&self) -> &Bounds {
-        self.bounds()
-    }
-    #[inline(always)]
-    fn len(&self) -> usize {
-        self.nodes().len()
-    }
-    #[inline(always)]
-    fn kind(&self, node: usize) -> Kind {
-        self.nodes()[node].kind()
-    }
-    #[inline(always)]
-    fn references(&self) -> &[u32] {
-        self.order.all().expect("a tree that was built at once")
-    }
-}
+use crate::tree::{self, BinaryTree, Kind};
 
 /// The plane at which a ray leaves the child that it meets first, and the one at which it enters the other.
 #[inline(always)]
@@ -86,15 +27,19 @@ struct Entry<const N: usize> {
     far: [f64; N],
 }
 
-/// Room for one node a level, for single rays or packets. Made once for many.
-#[derive(Debug, Clone)]
+/// Room for one node a level, for single rays or packets, from the first walk on. Made once for many.
+#[derive(Debug, Clone, Default)]
 pub struct Stack<const N: usize = 1> {
-    entries: [Entry<N>; DEEPEST],
+    entries: Vec<Entry<N>>,
 }
 
-impl<const N: usize> Default for Stack<N> {
-    fn default() -> Self {
-        Self { entries: [Entry { node: 0, near: [0.0; N], far: [0.0; N] }; DEEPEST] }
+impl<const N: usize> Stack<N> {
+    #[inline(always)]
+    fn room(&mut self) -> &mut [Entry<N>; DEEPEST] {
+        if self.entries.len() < DEEPEST {
+            self.entries = vec![Entry { node: 0, near: [0.0; N], far: [0.0; N] }; DEEPEST];
+        }
+        self.entries.first_chunk_mut().expect("it was made as long")
     }
 }
 
@@ -131,6 +76,7 @@ pub fn walk_packet<const N: usize, T: BinaryTree, C: Counter>(
     if tree.is_empty() {
         return;
     }
+    let entries = stack.room();
     let (near, far) = packet.clip(tree.bounds());
     let mut waiting = 0;
     let mut entry = Entry { node: 0, near, far };
@@ -154,7 +100,7 @@ pub fn walk_packet<const N: usize, T: BinaryTree, C: Counter>(
                     } else if !any(&in_order(&first.near, &first.far)) {
                         entry = second;
                     } else {
-                        stack.entries[waiting] = second;
+                        entries[waiting] = second;
                         waiting += 1;
                         entry = first;
                     }
@@ -172,7 +118,7 @@ pub fn walk_packet<const N: usize, T: BinaryTree, C: Counter>(
             return;
         }
         waiting -= 1;
-        entry = stack.entries[waiting];
+        entry = entries[waiting];
         entry.far = smaller(&limit, &entry.far);
     }
 }

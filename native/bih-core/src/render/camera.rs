@@ -15,8 +15,54 @@ pub struct Camera {
     clip_to_world: Matrix,
     /// Gives the depth of a point: a plane whose value grows by one a unit along the viewing axis.
     depth: [f64; 4],
+    lens: Option<Lens>,
     width: u32,
     height: u32,
+}
+
+/// A camera whose clip planes face it, as nearly all do: both ends of a ray are linear in its place in the picture.
+#[derive(Debug, Clone, PartialEq)]
+struct Lens {
+    /// Of x, of y, and where both are 0.
+    origin: [Vector; 3],
+    /// From the near plane to the far one; with that at infinity, a direction.
+    along: [Vector; 3],
+    is_endless: bool,
+}
+
+impl Lens {
+    fn new(matrix: &Matrix) -> Option<Self> {
+        let [w_x, w_y, w_z, w] = matrix[3];
+        if w_x != 0.0 || w_y != 0.0 {
+            return None;
+        }
+        let column = |column: usize| -> Vector { std::array::from_fn(|row| matrix[row][column]) };
+        let [x, y, z, centre] = [column(0), column(1), column(2), column(3)];
+        let near = 1.0 / (w - w_z);
+        let is_endless = w + w_z == 0.0;
+        // With the far plane at infinity, what is left of its points is their direction, on this side of the camera.
+        let far = if is_endless { 0.0 } else { 1.0 / (w + w_z) };
+        let (across, through) = if is_endless { (near.signum(), near.signum()) } else { (far - near, far + near) };
+        let scaled = |a: &Vector, factor: f64| a.map(|x| factor * x);
+        Some(Self {
+            origin: [scaled(&x, near), scaled(&y, near), scaled(&subtract(&centre, &z), near)],
+            along: [
+                scaled(&x, across),
+                scaled(&y, across),
+                std::array::from_fn(|i| across * centre[i] + through * z[i]),
+            ],
+            is_endless,
+        })
+    }
+
+    #[inline]
+    fn ray(&self, x: f64, y: f64) -> Ray {
+        let at = |[a, b, c]: &[Vector; 3]| -> Vector { std::array::from_fn(|i| c[i] + x * a[i] + y * b[i]) };
+        let along = at(&self.along);
+        let direction = normalise(&along);
+        let t_max = if self.is_endless { f64::INFINITY } else { dot(&along, &direction) };
+        Ray { origin: at(&self.origin), direction, t_min: 0.0, t_max }
+    }
 }
 
 impl Camera {
@@ -34,7 +80,7 @@ impl Camera {
             let scale = length(&z);
             [z[0] / scale, z[1] / scale, z[2] / scale, (z[3] + w[3]) / scale]
         };
-        Ok(Self { clip_to_world, depth, width, height })
+        Ok(Self { lens: Lens::new(&clip_to_world), clip_to_world, depth, width, height })
     }
 
     /// Pixels in a row.
@@ -49,10 +95,14 @@ impl Camera {
 
     /// The ray through pixel (x, y), counted from the lower left, from the near clip plane to the far one; its direction
     /// is of unit length. `offset` is the place within the pixel, from 0 to 1.
+    #[inline]
     pub fn ray(&self, x: u32, y: u32, offset: [f64; 2]) -> Ray {
         let ndc = |pixel: u32, offset: f64, size: u32| 2.0 * (f64::from(pixel) + offset) / f64::from(size) - 1.0;
         let x = ndc(x, offset[0], self.width);
         let y = ndc(y, offset[1], self.height);
+        if let Some(lens) = &self.lens {
+            return lens.ray(x, y);
+        }
         let unproject = |z: f64| self.clip_to_world.map(|row| row[0] * x + row[1] * y + row[2] * z + row[3]);
         let near = unproject(-1.0);
         let far = unproject(1.0);

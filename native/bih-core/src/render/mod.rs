@@ -6,6 +6,6 @@ mod shade;
 mod tiles;
 
 pub use camera::{Camera, SingularMatrix, sample_offset};
-pub use passes::{Passes, Pixel};
+pub use passes::{Passes, Wanted};
 pub use shade::{Light, Lighting};
 pub use tiles::{RenderOptions, Tile, render};

@@ -3,11 +3,12 @@
 use rayon::prelude::*;
 
 use super::camera::sample_offset;
+use super::passes::TilePasses;
 use super::shade::{Lighting, Surface};
-use super::{Camera, Passes, Pixel};
+use super::{Camera, Passes, Wanted};
 use crate::build::Precision;
 use crate::control::{Cancelled, Control};
-use crate::geometry::{Corners, Ray, Triangles, Vector, add_scaled, cross, dot, normalise, subtract};
+use crate::geometry::{Corners, Ray, Triangles, Vector, add_scaled, dot, normal, subtract};
 use crate::simd::FloatEnvironment;
 use crate::traverse::{Counts, Hit, PACKET, Stack, Tracer, Way};
 use crate::tree::Tree;
@@ -41,10 +42,8 @@ pub struct RenderOptions {
     pub seed: u64,
     /// What shines.
     pub lighting: Lighting,
-    /// Whether colours are wanted; without, only the first sample is traced and nothing shaded.
-    pub combined: bool,
-    /// Whether the work of the rays through the centres is wanted: they are traced once more, one by one.
-    pub cost: bool,
+    /// What it shows.
+    pub wanted: Wanted,
 }
 
 /// Trace one picture.
@@ -56,64 +55,46 @@ pub fn render(
     control: &Control,
 ) -> Result<Passes, Cancelled> {
     let whole = options.tile;
-    let tiles: Vec<Tile> = (0..whole.height.div_ceil(TILE))
+    let mut passes = Passes::new(whole.width as usize, whole.height as usize, &options.wanted);
+    let corners: Vec<_> = (0..whole.height.div_ceil(TILE))
         .flat_map(|row| (0..whole.width.div_ceil(TILE)).map(move |column| (column * TILE, row * TILE)))
-        .map(|(x, y)| Tile {
+        .collect();
+    control.start(corners.len());
+    let tiles = passes.tiles(TILE as usize);
+    corners.into_par_iter().zip(tiles).try_for_each_init(Stack::default, |stack, ((x, y), pixels)| {
+        let _standard = FloatEnvironment::standard();
+        control.advance(1)?;
+        let tile = Tile {
             x: whole.x + x,
             y: whole.y + y,
             width: TILE.min(whole.width - x),
             height: TILE.min(whole.height - y),
-        })
-        .collect();
-    control.start(tiles.len());
-    let traced = tiles
-        .par_iter()
-        .map(|tile| {
-            let _standard = FloatEnvironment::standard();
-            control.advance(1)?;
-            let pixels = TileRender { tracer: Tracer::new(tree, triangles), camera, options, tile, control }.trace()?;
-            Ok((tile, pixels))
-        })
-        .collect::<Result<Vec<_>, Cancelled>>()?;
-
-    let (width, height) = (whole.width as usize, whole.height as usize);
-    let mut pixels = vec![Pixel::MISS; width * height];
-    for (tile, part) in traced {
-        let (left, bottom) = ((tile.x - whole.x) as usize, (tile.y - whole.y) as usize);
-        for (row, part) in part.chunks_exact(tile.width as usize).enumerate() {
-            let start = (bottom + row) * width + left;
-            pixels[start..start + part.len()].copy_from_slice(part);
-        }
-    }
-    Ok(Passes { width, height, pixels })
+        };
+        TileRender { tracer: Tracer::new(tree, triangles), camera, options, tile, control }.trace(pixels, stack)
+    })?;
+    Ok(passes)
 }
 
-/// The pixels of one tile.
+/// One tile.
 struct TileRender<'a> {
     tracer: Tracer<'a>,
     camera: &'a Camera,
     options: &'a RenderOptions,
-    tile: &'a Tile,
+    tile: Tile,
     control: &'a Control,
 }
 
 impl TileRender<'_> {
-    fn trace(&self) -> Result<Vec<Pixel>, Cancelled> {
-        let mut stack = Stack::default();
+    fn trace(&self, mut pixels: TilePasses, stack: &mut Stack) -> Result<(), Cancelled> {
         let (width, height) = (self.tile.width as usize, self.tile.height as usize);
-        let mut pixels = vec![Pixel::MISS; width * height];
         for y in (0..height).step_by(BLOCK) {
             for x in (0..width).step_by(BLOCK) {
                 // With many samples a tile takes long.
                 self.control.check()?;
-                let block = Block::new(x, y, width, height);
-                let traced = self.trace_block(&block, &mut stack);
-                for (&[x, y], pixel) in block.places().iter().zip(traced) {
-                    pixels[y * width + x] = pixel;
-                }
+                self.trace_block(&Block::new(x, y, width, height), &mut pixels, stack);
             }
         }
-        Ok(pixels)
+        Ok(())
     }
 }
 
@@ -144,13 +125,13 @@ impl Block {
 }
 
 impl TileRender<'_> {
-    fn trace_block(&self, block: &Block, stack: &mut Stack) -> [Pixel; PACKET] {
+    fn trace_block(&self, block: &Block, pixels: &mut TilePasses, stack: &mut Stack) {
         let Self { tracer, camera, options, tile, .. } = self;
-        let mut pixels = [Pixel::MISS; PACKET];
         let mut sums = [[0.0; 4]; PACKET];
         let mut rays = [Ray::new([0.0; 3], [0.0; 3]); PACKET];
         let mut hits = [None; PACKET];
-        let samples = if options.combined { options.samples } else { 1 };
+        let mut found = Found::new();
+        let samples = if options.wanted.combined { options.samples } else { 1 };
         let len = block.len;
         for sample in 0..samples {
             let offset = sample_offset(sample, options.seed);
@@ -158,29 +139,17 @@ impl TileRender<'_> {
                 *ray = camera.ray(tile.x + x as u32, tile.y + y as u32, offset);
             }
             tracer.closest(&rays[..len], Way::Packets, stack, &mut hits[..len]);
-            let mut found = Found::new();
+            found.len = 0;
+            let has_normals = options.wanted.combined || options.wanted.normal;
             for (i, (ray, hit)) in rays.iter().zip(&hits).enumerate().take(len) {
                 if let Some(hit) = hit {
-                    found.push(i, &surface(tracer, ray, hit), &ray.direction);
+                    found.push(i, &surface(tracer, ray, hit, has_normals), &ray.direction);
                 }
             }
             if sample == 0 {
-                for (&i, surface) in found.pixels().iter().zip(found.surfaces()) {
-                    let pixel = &mut pixels[i];
-                    pixel.depth = camera.depth(&surface.position) as f32;
-                    pixel.normal = surface.normal.map(|x| x as f32);
-                    pixel.position = surface.position.map(|x| x as f32);
-                    pixel.triangle = hits[i].map_or(-1, |hit| hit.triangle as i32);
-                }
-                if options.cost {
-                    let mut counts = [Counts::default(); PACKET];
-                    tracer.cost(&rays[..len], stack, &mut counts[..len]);
-                    for (pixel, counts) in pixels.iter_mut().zip(&counts[..len]) {
-                        pixel.cost = [counts.nodes as f32, counts.triangles as f32];
-                    }
-                }
+                self.show_centres(block, &rays, &hits, &found, pixels, stack);
             }
-            if options.combined {
+            if options.wanted.combined {
                 let lighting = &options.lighting;
                 let radiance = lighting.shade(tracer, found.surfaces(), found.views(), stack);
                 for (&i, [red, green, blue]) in found.pixels().iter().zip(radiance) {
@@ -190,10 +159,44 @@ impl TileRender<'_> {
                 }
             }
         }
-        for (pixel, sum) in pixels.iter_mut().zip(&sums) {
-            pixel.combined = sum.map(|x| (x / f64::from(samples)) as f32);
+        for (&place, sum) in block.places().iter().zip(&sums) {
+            pixels.combined.set(place, sum.map(|x| (x / f64::from(samples)) as f32));
         }
-        pixels
+    }
+
+    /// What only the rays through the centres tell.
+    fn show_centres(
+        &self,
+        block: &Block,
+        rays: &[Ray; PACKET],
+        hits: &[Option<Hit>; PACKET],
+        found: &Found,
+        pixels: &mut TilePasses,
+        stack: &mut Stack,
+    ) {
+        let places = block.places();
+        if pixels.depth.are_wanted() || pixels.normal.are_wanted() || pixels.position.are_wanted() {
+            for &place in places {
+                pixels.depth.set(place, f32::INFINITY);
+            }
+            for (&i, surface) in found.pixels().iter().zip(found.surfaces()) {
+                pixels.depth.set(places[i], self.camera.depth(&surface.position) as f32);
+                pixels.normal.set(places[i], surface.normal.map(|x| x as f32));
+                pixels.position.set(places[i], surface.position.map(|x| x as f32));
+            }
+        }
+        if pixels.triangle.are_wanted() {
+            for (&place, hit) in places.iter().zip(hits) {
+                pixels.triangle.set(place, hit.map_or(-1, |hit| hit.triangle as i32));
+            }
+        }
+        if pixels.cost.are_wanted() {
+            let mut counts = [Counts::default(); PACKET];
+            self.tracer.cost(&rays[..block.len], stack, &mut counts[..block.len]);
+            for (&place, counts) in places.iter().zip(&counts) {
+                pixels.cost.set(place, [counts.nodes as f32, counts.triangles as f32]);
+            }
+        }
     }
 }
 
@@ -231,17 +234,22 @@ impl Found {
     }
 }
 
-/// What a ray hits.
-fn surface(tracer: &Tracer, ray: &Ray, hit: &Hit) -> Surface {
+/// What a ray hits; without the normal where nothing needs it.
+fn surface(tracer: &Tracer, ray: &Ray, hit: &Hit, has_normal: bool) -> Surface {
     let corners = tracer.triangles.corners(hit.triangle);
-    let [a, b, c] = &corners;
-    let normal = normalise(&cross(&normalise(&subtract(b, a)), &normalise(&subtract(c, a))));
-    let away = dot(&normal, &ray.direction) > 0.0;
+    let normal = if has_normal { facing(&corners, ray) } else { [0.0; 3] };
     let (position, error) = match tracer.tree.precision() {
         Precision::Watertight => along(ray, hit),
         Precision::Fast => within(&corners, hit),
     };
-    Surface { error, position, normal: if away { normal.map(|x| -x) } else { normal } }
+    Surface { error, position, normal }
+}
+
+/// The unit normal of a triangle on the side that a ray comes from.
+fn facing([a, b, c]: &Corners, ray: &Ray) -> Vector {
+    let normal = normal(&subtract(b, a), &subtract(c, a));
+    let away = dot(&normal, &ray.direction) > 0.0;
+    if away { normal.map(|x| -x) } else { normal }
 }
 
 /// Where a ray is at a hit, and how far that can be from the triangle.

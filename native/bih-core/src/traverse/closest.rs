@@ -8,10 +8,11 @@ use super::interval::Crossing;
 use super::scene::Scene;
 use super::stack::{Entry, Stack};
 use super::watertight::WatertightClosest;
-use super::{Counter, single, wide};
+use super::{Counter, node_search, single, wide};
 use crate::build::Precision;
 use crate::geometry::{Corners, Ray, Triangles};
 use crate::intersect::{Distance, RayTest, SingleHit, weights};
+use crate::kd_tree;
 use crate::simd::Lanes;
 use crate::tree::{Kind, Tree};
 
@@ -127,7 +128,7 @@ fn in_records<L: Lanes, C: Counter>(scene: &Scene, ray: &Ray, stack: &mut Stack,
     }
 }
 
-/// The same over the paper's nodes.
+/// The same over binary nodes.
 #[inline(always)]
 pub(super) fn in_nodes<C: Counter>(
     tree: &Tree,
@@ -136,17 +137,25 @@ pub(super) fn in_nodes<C: Counter>(
     stack: &mut Stack,
     counter: &mut C,
 ) -> Option<Hit> {
-    if tree.precision == Precision::Fast {
-        return single::closest(tree, triangles, ray, stack, counter);
+    match tree.precision {
+        Precision::Fast => node_search::search::<single::Nearest, C>(tree, triangles, ray, stack, counter),
+        Precision::Watertight => node_search::search::<Nearest, C>(tree, triangles, ray, stack, counter),
     }
-    let mut nearest = Nearest::new(ray, tree);
-    walk(tree, triangles, ray, stack, counter, |rows| {
-        for &row in rows {
-            nearest.offer(row, triangles.corners(row));
-        }
-        ControlFlow::Continue(nearest.limit())
-    });
-    nearest.hit()
+}
+
+/// The same for many rays, 2 × 2 together.
+#[inline(always)]
+pub(super) fn two_by_two(
+    tree: &Tree,
+    triangles: &Triangles,
+    rays: &[Ray],
+    stack: &mut Stack,
+    hits: &mut [Option<Hit>],
+) {
+    match tree.precision {
+        Precision::Fast => node_search::search_packets::<single::Nearest>(tree, triangles, rays, stack, hits),
+        Precision::Watertight => node_search::search_packets::<Nearest>(tree, triangles, rays, stack, hits),
+    }
 }
 
 /// Visit the leaves that the ray crosses, front to back by the sign of its direction (Wächter and Keller 2006, section
@@ -163,6 +172,9 @@ pub(super) fn walk<C: Counter>(
     counter: &mut C,
     mut leaf: impl FnMut(&[u32]) -> ControlFlow<(), f64>,
 ) {
+    if let Some(kd_tree) = &tree.kd_tree {
+        return kd_tree::walk(kd_tree, ray, &mut stack.alone, counter, leaf);
+    }
     if tree.nodes.is_empty() {
         return;
     }

@@ -8,6 +8,7 @@ mod filter;
 mod flight;
 mod interval;
 mod naive;
+mod node_search;
 mod occlusion;
 mod packet;
 mod postponed;

@@ -1,15 +1,11 @@
 //! Whether anything is hit.
 
-use std::ops::ControlFlow;
-
-use super::closest::{distance_within, walk};
 use super::fast::FastOccluded;
 use super::scene::Scene;
 use super::watertight::WatertightOccluded;
-use super::{Counter, Stack, single, wide};
+use super::{Counter, Stack, node_search, single, wide};
 use crate::build::Precision;
 use crate::geometry::{Ray, Triangles};
-use crate::intersect::RayTest;
 use crate::simd::Lanes;
 use crate::tree::Tree;
 
@@ -38,7 +34,7 @@ fn in_records<L: Lanes, C: Counter>(scene: &Scene, ray: &Ray, stack: &mut Stack,
     }
 }
 
-/// The same over the paper's nodes.
+/// The same over binary nodes.
 #[inline(always)]
 pub(super) fn in_nodes<C: Counter>(
     tree: &Tree,
@@ -47,14 +43,17 @@ pub(super) fn in_nodes<C: Counter>(
     stack: &mut Stack,
     counter: &mut C,
 ) -> bool {
-    if tree.precision == Precision::Fast {
-        return single::occluded(tree, triangles, ray, stack, counter);
+    match tree.precision {
+        Precision::Fast => node_search::search::<single::Any, C>(tree, triangles, ray, stack, counter),
+        Precision::Watertight => node_search::search::<node_search::Any, C>(tree, triangles, ray, stack, counter),
     }
-    let test = RayTest::new(ray, tree.bounds());
-    let mut found = false;
-    walk(tree, triangles, ray, stack, counter, |rows| {
-        found = rows.iter().any(|&row| distance_within(ray, &test, &triangles.corners(row)).is_some());
-        if found { ControlFlow::Break(()) } else { ControlFlow::Continue(ray.t_max) }
-    });
-    found
+}
+
+/// The same for many rays, 2 × 2 together.
+#[inline(always)]
+pub(super) fn two_by_two(tree: &Tree, triangles: &Triangles, rays: &[Ray], stack: &mut Stack, hidden: &mut [bool]) {
+    match tree.precision {
+        Precision::Fast => node_search::search_packets::<single::Any>(tree, triangles, rays, stack, hidden),
+        Precision::Watertight => node_search::search_packets::<node_search::Any>(tree, triangles, rays, stack, hidden),
+    }
 }

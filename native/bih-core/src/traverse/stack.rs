@@ -2,6 +2,7 @@
 
 use super::packet;
 use super::postponed::Postponed;
+use crate::kd_tree::{self, LANES};
 use crate::tree::MAX_DEPTH;
 
 /// A node to visit later, and the part of the ray that lies in it.
@@ -22,11 +23,22 @@ pub struct Stack {
     pub(super) wide: Postponed,
     /// For packets.
     pub(super) packet: Vec<packet::Entry>,
+    /// For single rays through a kd-tree.
+    pub(super) alone: kd_tree::Stack,
+    /// For 2 × 2 packets through binary nodes.
+    pub(super) two_by_two: kd_tree::Stack<LANES>,
 }
 
 impl Default for Stack {
     fn default() -> Self {
-        Self { entries: [Entry::default(); MAX_DEPTH as usize], len: 0, wide: Postponed::default(), packet: Vec::new() }
+        Self {
+            entries: [Entry::default(); MAX_DEPTH as usize],
+            len: 0,
+            wide: Postponed::default(),
+            packet: Vec::new(),
+            alone: kd_tree::Stack::default(),
+            two_by_two: kd_tree::Stack::default(),
+        }
     }
 }
 

@@ -10,15 +10,17 @@ use crate::geometry::{Ray, Triangles};
 use crate::simd::{InstructionSet, Kernel, Lanes, dispatch_to, instruction_sets};
 use crate::tree::Tree;
 
-/// How rays go through wide and compact records; there is one way through the paper's nodes.
+/// How rays go through a tree. Through the paper's nodes they go alone, unless 2 × 2 are asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Way {
     /// One after another: for a few rays.
     Alone,
     /// Many at once, each on its own way: while one waits for memory, others are worked on.
     InFlight,
-    /// As packets of neighbours.
+    /// As packets of neighbours; through a kd-tree 2 × 2.
     Packets,
+    /// 2 × 2 of them through binary nodes, those of the paper too; alone through records.
+    TwoByTwo,
 }
 
 impl Way {
@@ -79,6 +81,15 @@ fn scene<'a>(tree: &'a Tree, triangles: &'a Triangles<'a>, way: Way) -> Option<S
     tree.wide.as_ref().filter(|_| way == Way::Packets).map(|wide| Scene::new(wide, tree, triangles))
 }
 
+/// Whether the rays go as 2 × 2 packets.
+fn are_two_by_two(tree: &Tree, way: Way) -> bool {
+    match way {
+        Way::Alone | Way::InFlight => false,
+        Way::Packets => tree.kd_tree.is_some(),
+        Way::TwoByTwo => tree.wide.is_none(),
+    }
+}
+
 struct Closest<'a> {
     tracer: &'a Tracer<'a>,
     rays: &'a [Ray],
@@ -94,6 +105,9 @@ impl Kernel for Closest<'_> {
         let Self { tracer: Tracer { tree, triangles, .. }, rays, way, stack, hits } = self;
         if way == Way::InFlight {
             return closest_in_flight::<L, _>(tree, triangles, &mut Slices { rays, next: 0, answers: hits });
+        }
+        if are_two_by_two(tree, way) {
+            return closest::two_by_two(tree, triangles, rays, stack, hits);
         }
         let scene = scene(tree, triangles, way);
         for (rays, hits) in rays.chunks(PACKET).zip(hits.chunks_mut(PACKET)) {
@@ -126,6 +140,9 @@ impl Kernel for Occluded<'_> {
         let Self { tracer: Tracer { tree, triangles, .. }, rays, way, stack, hidden } = self;
         if way == Way::InFlight {
             return occluded_in_flight::<L, _>(tree, triangles, &mut Slices { rays, next: 0, answers: hidden });
+        }
+        if are_two_by_two(tree, way) {
+            return occlusion::two_by_two(tree, triangles, rays, stack, hidden);
         }
         let scene = scene(tree, triangles, way);
         for (rays, hidden) in rays.chunks(PACKET).zip(hidden.chunks_mut(PACKET)) {

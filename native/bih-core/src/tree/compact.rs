@@ -180,7 +180,7 @@ impl Grid {
         if length == f64::NEG_INFINITY {
             return Some(Self { corner: 0.0, exponent: 1 });
         }
-        if !(length <= LONGEST) {
+        if length > LONGEST {
             return None;
         }
         let exponent = ((length / f64::from(STEPS)) as f32).to_bits() >> 23;

@@ -1,5 +1,6 @@
 //! The tree itself: 12-byte nodes, the references in leaf order, and the bounds they lie in.
 
+mod binary;
 mod compact;
 mod hand_over;
 mod node;
@@ -10,6 +11,7 @@ mod validate;
 mod visitor;
 mod wide;
 
+pub use binary::BinaryTree;
 pub use compact::CompactRecord;
 pub(crate) use hand_over::{Claim, Found, Roots};
 pub use node::{Kind, Node};
@@ -20,9 +22,10 @@ pub use validate::validate;
 pub use visitor::{Visit, Visitor};
 pub use wide::{Child, Orders, Record, Records, Target, WIDTH, Wide};
 
-use crate::build::{Build, Heuristic, OnDemand, Precision};
+use crate::build::{Build, Heuristic, OnDemand, Precision, Structure};
 use crate::control::{Cancelled, Control};
 use crate::geometry::{Bounds, Triangles};
+use crate::kd_tree::KdTree;
 
 /// Depth up to which a cell is halved; below it, ranges are split by object median.
 pub const MAX_SPATIAL_DEPTH: u32 = 96;
@@ -30,15 +33,19 @@ pub const MAX_SPATIAL_DEPTH: u32 = 96;
 /// The deepest node there can be: 2^29 references are halved at most 29 times more.
 pub const MAX_DEPTH: u32 = MAX_SPATIAL_DEPTH + 29;
 
-/// A Bounding Interval Hierarchy over triangles that it does not hold: every query is given the same view of them.
+/// A Bounding Interval Hierarchy, or one of its rivals, over triangles that it does not hold: every query is given the same
+/// view of them.
 #[derive(Debug)]
 pub struct Tree {
     pub(crate) nodes: Shared<Node>,
     /// Instead of the nodes.
     pub(crate) wide: Option<Wide>,
+    /// Instead of both, with an order of its own.
+    pub(crate) kd_tree: Option<KdTree>,
     /// Triangle rows in leaf order, then the rejected rows.
     pub(crate) order: Shared<u32>,
     pub(crate) bounds: Bounds,
+    pub(crate) structure: Structure,
     pub(crate) precision: Precision,
     pub(crate) heuristic: Heuristic,
     pub(crate) leaf_size: usize,
@@ -56,11 +63,12 @@ impl Tree {
         self.nodes.slice(0..self.nodes.len().min(top))
     }
 
-    /// Triangle rows in leaf order, then those that no ray can hit.
+    /// Triangle rows in leaf order, then those that no ray can hit. A kd-tree may name a row several times.
     pub fn order(&self) -> Vec<u32> {
-        match &self.on_demand {
-            Some(on_demand) => on_demand.order(self),
-            None => self.order.slice(0..self.order.len()).to_vec(),
+        match (&self.on_demand, &self.kd_tree) {
+            (Some(on_demand), _) => on_demand.order(self),
+            (None, Some(kd_tree)) => kd_tree.order().to_vec(),
+            (None, None) => self.order.slice(0..self.order.len()).to_vec(),
         }
     }
 
@@ -108,6 +116,16 @@ impl Tree {
     /// Bounds of all triangles that can be hit; empty where there is none.
     pub fn bounds(&self) -> &Bounds {
         &self.bounds
+    }
+
+    /// The nodes of a kd-tree.
+    pub fn kd_tree(&self) -> Option<&KdTree> {
+        self.kd_tree.as_ref()
+    }
+
+    /// Which structure it is.
+    pub fn structure(&self) -> Structure {
+        self.structure
     }
 
     /// How rays are tested against its triangles.

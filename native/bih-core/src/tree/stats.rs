@@ -9,13 +9,15 @@ pub struct Stats {
     pub nodes: usize,
     /// Leaves alone.
     pub leaves: usize,
+    /// Triangles of all leaves; a kd-tree counts one as often as it refers to it.
+    pub references: usize,
     /// Nodes that are not yet subdivided: pieces that no ray has come to.
     pub unbuilt: usize,
     /// Depth of the deepest node; the root has 0.
     pub depth: usize,
     /// Nodes and references.
     pub tree_bytes: usize,
-    /// What `tree_bytes` was known before the build never to exceed.
+    /// What `tree_bytes` was known before the build never to exceed; 0 for a kd-tree, which duplicates references.
     pub bound_bytes: usize,
     /// Memory at the peak of the build, the tree included and the caller's mesh not.
     pub peak_build_bytes: usize,

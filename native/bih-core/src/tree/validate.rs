@@ -10,6 +10,9 @@ use crate::simd::Scalar;
 /// Every node is reached once, every reference belongs to one leaf, the order is a permutation of the rows, and each
 /// leaf's triangles lie within the clip planes on the way to it.
 pub fn validate(tree: &Tree, triangles: &Triangles) -> Result<(), Error> {
+    if let Some(kd_tree) = &tree.kd_tree {
+        return kd_tree.validate(triangles);
+    }
     let broken = |node: usize, problem: String| Err(Error::Broken { node, problem });
     let mut seen = vec![false; triangles.len()];
     let order = tree.order();

@@ -1,14 +1,14 @@
 //! Walking over a tree from outside, level by level.
 
-use std::collections::VecDeque;
+use std::collections::{HashMap, VecDeque};
 
-use super::{Kind, Tree};
+use super::{BinaryTree, Kind, Tree};
 use crate::geometry::Bounds;
 
 /// One node as the visitor meets it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Visit {
-    /// Index of the node in `Tree::nodes`.
+    /// Index of the node in the tree.
     pub node: usize,
     /// How manyeth visit the parent was; none for the root.
     pub parent: Option<usize>,
@@ -26,30 +26,43 @@ pub struct Visit {
 
 /// Breadth-first iterator over the nodes down to a depth.
 #[derive(Debug)]
-pub struct Visitor<'a, F> {
-    tree: &'a Tree,
+pub struct Visitor<'a, T = Tree> {
+    tree: &'a T,
     max_depth: u32,
-    is_end: F,
+    /// Ranges of references below which nothing is shown: their first ones, and how many.
+    ends: HashMap<usize, usize>,
     visited: usize,
     queue: VecDeque<(usize, Option<usize>, u32, Bounds)>,
 }
 
 impl Tree {
     /// Visit the nodes of a tree that was built at once, breadth first, the left child before the right one.
-    pub fn visit(&self, max_depth: u32) -> impl Iterator<Item = Visit> {
-        self.visit_down_to(max_depth, |_| false)
+    pub fn visit(&self, max_depth: u32) -> Visitor<'_> {
+        Visitor::new(self, max_depth)
+    }
+}
+
+impl<'a, T: BinaryTree> Visitor<'a, T> {
+    /// Of the nodes at most so deep.
+    pub fn new(tree: &'a T, max_depth: u32) -> Self {
+        let root = (!tree.is_empty()).then_some((0, None, 0, *tree.bounds()));
+        Self { tree, max_depth, ends: HashMap::new(), visited: 0, queue: root.into_iter().collect() }
     }
 
-    /// The same without what is below some nodes.
-    pub fn visit_down_to<F: Fn(&Visit) -> bool>(&self, max_depth: u32, is_end: F) -> Visitor<'_, F> {
-        let root = (!self.nodes.is_empty()).then_some((0, None, 0, self.bounds));
-        Visitor { tree: self, max_depth, is_end, visited: 0, queue: root.into_iter().collect() }
+    /// The same without what is below the nodes of some ranges of references: their first ones, and how many.
+    pub fn ending_at(self, ends: impl IntoIterator<Item = (usize, usize)>) -> Self {
+        Self { ends: ends.into_iter().collect(), ..self }
+    }
+
+    /// Whether nothing is shown below a node, though there is.
+    pub fn ends_at(&self, visit: &Visit) -> bool {
+        self.ends.get(&visit.first) == Some(&visit.count)
     }
 
     /// The outermost leaf below `node`: its first and last reference on that side.
     fn outermost_leaf(&self, mut node: usize, right: usize) -> (usize, usize) {
         loop {
-            match self.nodes.get(node).kind() {
+            match self.tree.kind(node) {
                 Kind::Inner { left, .. } => node = left + right,
                 Kind::Leaf { first, count } => return (first, first + count),
             }
@@ -57,20 +70,20 @@ impl Tree {
     }
 }
 
-impl<F: Fn(&Visit) -> bool> Iterator for Visitor<'_, F> {
+impl<T: BinaryTree> Iterator for Visitor<'_, T> {
     type Item = Visit;
 
     fn next(&mut self) -> Option<Visit> {
         let (node, parent, depth, bounds) = self.queue.pop_front()?;
-        let kind = self.tree.nodes.get(node).kind();
+        let kind = self.tree.kind(node);
         let row = self.visited;
         self.visited += 1;
-        let (first, _) = self.tree.outermost_leaf(node, 0);
-        let (_, end) = self.tree.outermost_leaf(node, 1);
+        let (first, _) = self.outermost_leaf(node, 0);
+        let (_, end) = self.outermost_leaf(node, 1);
         let visit = Visit { node, parent, depth, bounds, kind, first, count: end - first };
         if let Kind::Inner { axis, left, clip } = kind
             && depth < self.max_depth
-            && !(self.is_end)(&visit)
+            && !self.ends_at(&visit)
         {
             let [mut lower_part, mut upper_part] = [bounds; 2];
             lower_part.upper[axis] = clip[0];

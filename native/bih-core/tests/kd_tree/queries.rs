@@ -5,8 +5,9 @@ use std::cmp::Ordering;
 use std::ops::ControlFlow;
 
 use bih_core::intersect::{Distance, RayTest, weights};
-use bih_core::kd_tree::{BinaryTree, LANES, Packet, Stack, walk, walk_packet};
+use bih_core::kd_tree::{LANES, Packet, Stack, walk, walk_packet};
 use bih_core::traverse::{Uncounted, naive_closest, naive_occluded};
+use bih_core::tree::BinaryTree;
 use bih_core::{Hit, Ray, Tree, Triangles};
 
 /// The nearest of the triangles offered, as any leaf would find it.

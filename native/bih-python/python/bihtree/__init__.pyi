@@ -107,6 +107,10 @@ class Stats:
     @property
     def leaves(self) -> int: ...
     @property
+    def references(self) -> int:
+        """Triangles of all leaves: each that can be hit once, in a kd_tree once for each leaf that it reaches into."""
+
+    @property
     def unbuilt(self) -> int:
         """Nodes not yet subdivided; on demand only."""
 
@@ -116,12 +120,12 @@ class Stats:
 
     @property
     def tree_bytes(self) -> int:
-        """The acceleration data that exists now: 12 bytes a node (256 a wide record, and 36 a triangle), 4 bytes a row of
-        the mesh, on demand some bytes a piece."""
+        """The acceleration data: 12 bytes a node (256 a wide record, and 36 a triangle; 8 a node of a kd_tree), 4 bytes
+        a reference and rejected row."""
 
     @property
     def bound_bytes(self) -> int:
-        """Known before the build; tree_bytes never exceeds it."""
+        """Known before the build; tree_bytes never exceeds it. 0 for a kd_tree, whose references are not."""
 
     @property
     def mesh_bytes(self) -> int:
@@ -152,17 +156,17 @@ class Stats:
 @final
 class Tree:
     """An acceleration structure over one triangle mesh: the Bounding Interval Hierarchy of Wächter and Keller,
-    "Instant Ray Tracing: The Bounding Interval Hierarchy", EGSR 2006."""
+    "Instant Ray Tracing: The Bounding Interval Hierarchy", EGSR 2006, or a rival to compare it with."""
 
     def __new__(
         cls,
         vertices: ArrayLike,
         triangles: ArrayLike | None = None,
         *,
-        structure: Literal["bih"] = "bih",
-        layout: Literal["wide", "compact", "classic"] = "classic",
+        structure: Literal["bih", "kd_tree", "bvh"] = "bih",
+        layout: Literal["wide", "compact", "classic"] | None = None,
         build: Literal["eager", "on_demand"] = "eager",
-        heuristic: Literal["global", "local", "sah"] = "global",
+        heuristic: Literal["global", "local", "sah"] | None = None,
         presort: bool | None = None,
         precision: Literal["watertight", "fast"] = "watertight",
         leaf_size: int | None = None,
@@ -175,25 +179,31 @@ class Tree:
         vertices: (V, 3) float32 or float64 (other real numbers become float64, float16 float32); a triangle with a
             vertex that is not finite is rejected and counted in stats.rejected.
         triangles: (T, 3) integer rows of vertices; None: each three vertices are one triangle.
-        layout: "classic" are the paper's 12-byte nodes, smallest; "wide" are records of eight boxes for vector units,
-            which trace two to five times as fast in about four times the memory (docs/decisions/wide-records.md);
-            "compact" are such records with quantised boxes, whose leaves read the caller's arrays: less memory than the
-            paper's nodes (docs/decisions/compact-records.md).
-        heuristic: where a node is split: "global" in the middle of the longest side of a cell that is halved from the
-            scene's bounds, as in the paper; "local" in the middle of the longest side of its centres' bounds; "sah"
-            where the surface area heuristic expects the least cost (docs/decisions/heuristics.md).
+        structure: "bih"; or a rival: "kd_tree" by the surface area heuristic (Wald and Havran 2006), which may refer to
+            one triangle several times (docs/decisions/kd-tree.md); "bvh" by the binned heuristic (Wald 2007,
+            docs/decisions/bvh.md). A bih has every layout and heuristic; a kd_tree has "classic", "sah" and no
+            leaf_size; a bvh has "wide" or "compact", and "sah".
+        layout: None: "wide", of a kd_tree "classic". "wide" are records of eight boxes for vector units
+            (docs/decisions/wide-records.md); "compact" are such records with quantised boxes, whose leaves read the
+            caller's arrays: the least memory, and slower (docs/decisions/compact-records.md); "classic" are nodes of
+            two children, the paper's of 12 bytes, for study.
+        heuristic: where a node is split; None: "global", a rival: "sah". "global" in the middle of the longest side of
+            a cell that is halved from the scene's bounds, as in the paper; "local" in the middle of the longest side of
+            its centres' bounds; "sah" where the surface area heuristic expects the least cost
+            (docs/decisions/heuristics.md).
         presort: the bucket sort before the global heuristic, which changes no bit of the tree; None: where it pays.
         precision: "watertight" decides every hit exactly; "fast" is single precision throughout, for previews: rays may
             slip through edges, and docs/accuracy.md says what else may happen.
-        build: "eager" builds all of the tree now; "on_demand" lays down its upper nodes, and rays build what they come to:
-            for views that need a part of a large mesh (docs/decisions/on-demand.md). Every answer is the same.
-        structure: what this version has.
+        build: "eager" builds all of the tree now; "on_demand", of "bih" alone, lays down its upper nodes, and rays build
+            what they come to: for views that need a part of a large mesh (docs/decisions/on-demand.md). Every answer is
+            the same.
         leaf_size: most triangles of a leaf; None: 4, or 8 of wide records, which hold no more.
         threads: of construction and queries; 0: all cores this process may use.
         copy: False: borrow the arrays, which become read-only; one that has to be converted is copied all the same.
         progress: called on this thread with the share done, from 0 to 1; returning False cancels.
 
-        Raises GeometryError (shape, dtype, a row out of range), ValueError (an option), Cancelled.
+        Raises GeometryError (shape, dtype, a row out of range), ValueError (an option, or two that do not go together),
+        Cancelled.
         """
 
     def intersect(
@@ -219,14 +229,16 @@ class Tree:
     def nodes(self, *, max_depth: int | None = None, limit: int | None = None) -> NDArray[np.void]:
         """The tree as a structured array, one row a node, breadth first, the left child before the right one.
 
-        Fields: parent i4 (-1 for the root), depth i4, kind u1 (0 inner, 1 leaf, 2 not yet subdivided), axis i1 (-1 where not inner), clip
+        Fields: parent i4 (-1 for the root), depth i4, kind u1 (0 inner, 1 leaf, 2 not yet subdivided), axis i1 (-1 where not
+        inner), clip
         f4[2] (the left child's upper plane, the right child's lower plane; NaN where not inner), lower f4[3], upper
         f4[3] (the box that the clip planes on the way down cut from the bounds), first i8, count i8 (the node's range
-        in order())."""
+        in order()). Both planes of a kd_tree's node are the same one. Nodes of a bvh have no axis (-1) and no planes
+        (NaN), and the boxes of what lies below them."""
 
     def order(self) -> NDArray[np.int32]:
-        """(T,) the caller's rows in leaf order, then the rejected ones; a permutation. Rows of an unbuilt node may change
-        places among themselves when it is built."""
+        """(T,) the caller's rows in leaf order, then the rejected ones; a permutation. A kd_tree's is longer where it
+        refers to rows several times."""
 
     def build_all(self) -> None:
         """Build all that no ray has come to yet; nothing where all was built at once."""

@@ -35,7 +35,7 @@ const GROUPS: usize = 8;
 
 /// How far apart the origins of coherent rays may lie, as a part of the scene's longest side, and how far their
 /// directions, as a part of the component along which they go farthest.
-const ORIGINS: f64 = 0.25;
+const ORIGINS: f64 = 0.0625;
 const DIRECTIONS: f64 = 0.5;
 
 /// The nearest hits of up to `PACKET` rays, the same as for single rays. Answers for which rays, one bit each, the first
