@@ -230,9 +230,9 @@ class Tree:
         """The tree as a structured array, one row a node, breadth first, the left child before the right one.
 
         Fields: parent i4 (-1 for the root), depth i4, kind u1 (0 inner, 1 leaf, 2 not yet subdivided), axis i1
-        (-1 where not inner), clip f4[2] (the left child's upper plane, the right child's lower plane; NaN where not inner), lower f4[3], upper
-        f4[3] (the box that the clip planes on the way down cut from the bounds), first i8, count i8 (the node's range
-        in order()). Both planes of a kd_tree's node are the same one. Nodes of a bvh have no axis (-1) and no planes
+        (-1 where not inner), clip f4[2] (the left child's upper plane, the right child's lower plane; NaN where not
+        inner), lower f4[3], upper f4[3] (the box that the clip planes on the way down cut from the bounds), first i8,
+        count i8 (the node's range in order()). Both planes of a kd_tree's node are the same one. Nodes of a bvh have no axis (-1) and no planes
         (NaN), and the boxes of what lies below them."""
 
     def order(self) -> NDArray[np.int32]:
