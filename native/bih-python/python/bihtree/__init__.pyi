@@ -194,9 +194,9 @@ class Tree:
         presort: the bucket sort before the global heuristic, which changes no bit of the tree; None: where it pays.
         precision: "watertight" decides every hit exactly; "fast" is single precision throughout, for previews: rays may
             slip through edges, and docs/accuracy.md says what else may happen.
-        build: "eager" builds all of the tree now; "on_demand", of "bih" alone, lays down its upper nodes, and rays build
-            what they come to: for views that need a part of a large mesh (docs/decisions/on-demand.md). Every answer is
-            the same.
+        build: "eager" builds all of the tree now; "on_demand", of "bih" alone, lays down its upper nodes, and rays
+            build what they come to: for views that need a part of a large mesh (docs/decisions/on-demand.md). Every
+            answer is the same.
         leaf_size: most triangles of a leaf; None: 4, or 8 of wide records, which hold no more.
         threads: of construction and queries; 0: all cores this process may use.
         copy: False: borrow the arrays, which become read-only; one that has to be converted is copied all the same.
@@ -229,11 +229,10 @@ class Tree:
     def nodes(self, *, max_depth: int | None = None, limit: int | None = None) -> NDArray[np.void]:
         """The tree as a structured array, one row a node, breadth first, the left child before the right one.
 
-        Fields: parent i4 (-1 for the root), depth i4, kind u1 (0 inner, 1 leaf, 2 not yet subdivided), axis i1 (-1 where not
-        inner), clip
-        f4[2] (the left child's upper plane, the right child's lower plane; NaN where not inner), lower f4[3], upper
-        f4[3] (the box that the clip planes on the way down cut from the bounds), first i8, count i8 (the node's range
-        in order()). Both planes of a kd_tree's node are the same one. Nodes of a bvh have no axis (-1) and no planes
+        Fields: parent i4 (-1 for the root), depth i4, kind u1 (0 inner, 1 leaf, 2 not yet subdivided), axis i1
+        (-1 where not inner), clip f4[2] (the left child's upper plane, the right child's lower plane; NaN where not
+        inner), lower f4[3], upper f4[3] (the box that the clip planes on the way down cut from the bounds), first i8,
+        count i8 (the node's range in order()). Both planes of a kd_tree's node are the same one. Nodes of a bvh have no axis (-1) and no planes
         (NaN), and the boxes of what lies below them."""
 
     def order(self) -> NDArray[np.int32]:
