@@ -19,15 +19,17 @@ HARNESS := $(CURDIR)/build/bench/target
 NATIVE := rust-toolchain.toml native/Cargo.toml native/Cargo.lock \
 	$(shell find native/bih-core native/bih-python \( -name target -o -name __pycache__ \) -prune -o -print)
 
-.PHONY: help preview test bench bench-quick tables lint types test-rust test-neon test-address test-miri test-memory test-python \
+.PHONY: help preview test bench bench-quick tables lint types test-rust test-neon test-address test-miri test-memory test-loom \
+	test-python \
 	package real-blender format lock clean machine test-machine
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
 
 help:
 	@echo "make preview [SCENE=my.blend]  trace the scene to build/preview.png and .exr, its tree to build/overlay.png"
-	@echo "make test                      all checks and tests (lint, types, test-rust, test-neon, test-python)"
+	@echo "make test                      all checks and tests (lint, types, test-rust, test-neon, test-loom, test-python)"
 	@echo "make test-memory               what memory the core reads: AddressSanitizer, then Miri (two minutes)"
+	@echo "make test-loom                 every order in which threads can meet where a tree is built on demand"
 	@echo "make bench [BENCH=--help]      measure beside the peers (half an hour), write docs/benchmarks.md"
 	@echo "make bench-quick               the same on small scenes: answers and counts alone, for CI"
 	@echo "make tables [TABLES=--help]    the slides' tables on this machine (some minutes), into docs/benchmarks.md"
@@ -41,7 +43,7 @@ preview: $(VENV)/.bihtree
 	@$(BIN)/python -m addon.blender.command_line render --scene "$(SCENE)" --output build/preview.png \
 		--output build/preview.exr --overlay build/overlay.png --stats build/preview.json
 
-test: lint types test-rust test-neon test-python
+test: lint types test-rust test-neon test-loom test-python
 
 # What was measured on these sources before is not measured again; BENCH=--help says more.
 bench: $(VENV)/.tests $(VENV)/.bihtree
@@ -69,8 +71,8 @@ test-rust: | test-machine
 	cd native && cargo test --quiet --locked --release
 	cd benchmarks/harness && cargo test --quiet --locked --release --target-dir $(HARNESS)
 
-# An emulated ARM processor, AddressSanitizer, and Miri: where one is missing it is said; with CI set it is an error.
-test-neon test-address test-miri: test-%: | test-machine
+# An emulated ARM processor, AddressSanitizer, Miri, loom: where one is missing it is said; with CI set it is an error.
+test-neon test-address test-miri test-loom: test-%: | test-machine
 	@"$(PYTHON)" tools/native_checks.py $*
 
 test-memory: test-address test-miri

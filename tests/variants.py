@@ -50,6 +50,9 @@ VARIANTS = (
     Variant("classic-leaf-64", {"layout": "classic", "leaf_size": 64}),
     Variant("compact", {"layout": "compact", "threads": 2}),
     Variant("leaf-3-sah", {"leaf_size": 3, "heuristic": "sah", "threads": 3}),
+    Variant("on-demand", {"build": "on_demand"}),
+    Variant("on-demand-classic-sah", {"layout": "classic", "build": "on_demand", "heuristic": "sah", "threads": 3}),
+    Variant("on-demand-compact-local", {"layout": "compact", "build": "on_demand", "heuristic": "local"}),
     Variant("kd_tree", {"structure": "kd_tree", "threads": 2}),
     Variant("bvh", {"structure": "bvh"}),
     Variant("bvh-compact-leaf-3", {"structure": "bvh", "layout": "compact", "leaf_size": 3, "threads": 3}),
@@ -59,6 +62,7 @@ VARIANTS = (
 FAST_VARIANTS = (
     Variant("fast", {"precision": "fast"}),
     Variant("fast-leaf-3", {"precision": "fast", "leaf_size": 3, "threads": 3}),
+    Variant("fast-on-demand", {"precision": "fast", "build": "on_demand"}),
     Variant("fast-classic", {"layout": "classic", "precision": "fast"}),
     Variant("fast-kd_tree", {"structure": "kd_tree", "precision": "fast"}),
     Variant("fast-bvh", {"structure": "bvh", "precision": "fast", "threads": 2}),

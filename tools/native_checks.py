@@ -3,6 +3,7 @@
 python tools/native_checks.py neon      emulated on a 64-bit ARM processor: its lanes, and the same bits as here
 python tools/native_checks.py address   the tests in AddressSanitizer
 python tools/native_checks.py miri      what Miri can run of them
+python tools/native_checks.py loom      every order in which threads can meet at the hand-over of a piece
 
 Where this machine lacks something the check is skipped and says so; with CI set it fails instead.
 """
@@ -85,6 +86,16 @@ def lacking_miri() -> Iterator[str]:
         yield "Miri: rustup toolchain install nightly --component miri --component rust-src"
 
 
+def loom() -> None:
+    """The hand-over of pieces that are built on demand, in a model of memory that is no stronger than the language's."""
+    environment = {"RUSTFLAGS": "--cfg loom", "CARGO_TARGET_DIR": "target/loom"}
+    cargo("test", "--quiet", "--locked", "--package", "bih-core", "--lib", "hand_over", environment=environment)
+
+
+def lacking_loom() -> Iterator[str]:
+    return iter(())
+
+
 def library_of(target: str) -> Path:
     command = ["rustc", "--print", "target-libdir", "--target", target]
     return Path(subprocess.check_output(command, cwd=NATIVE, text=True).strip())
@@ -109,6 +120,7 @@ CHECKS: dict[str, tuple[Callable[[], None], Callable[[], Iterator[str]]]] = {
     "neon": (neon, lacking_neon),
     "address": (address, lacking_address),
     "miri": (miri, lacking_miri),
+    "loom": (loom, lacking_loom),
 }
 
 

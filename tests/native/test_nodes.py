@@ -50,8 +50,15 @@ def children(table):
     return [(parent, left, right) for parent, (left, right) in found.items()]
 
 
+def finished(variant, mesh):
+    """A tree with nothing unbuilt; tests/cases/test_case_09_on_demand.py looks at what is unbuilt."""
+    tree = variant.tree(*mesh)
+    tree.build_all()
+    return tree
+
+
 def fixed_table(variant, mesh):
-    return variant.tree(*mesh).nodes()
+    return finished(variant, mesh).nodes()
 
 
 @every_tree
@@ -75,7 +82,7 @@ def test_fields_and_breadth_first_order(variant, name):
 @every_mesh
 def test_ranges(variant, name):
     mesh = MESHES[name]
-    tree = variant.tree(*mesh)
+    tree = finished(variant, mesh)
     table, order, stats = tree.nodes(), tree.order(), tree.stats
     assert (table["first"][0], table["count"][0]) == (0, stats.references)
     for parent, left, right in children(table):
@@ -108,7 +115,7 @@ def test_the_order_is_a_permutation_and_no_leaf_is_empty(variant, name):
 @every_mesh
 def test_clip_planes_are_exactly_the_childrens_bounds_and_boxes_are_cut_by_them(variant, name):
     mesh = MESHES[name]
-    tree = variant.tree(*mesh)
+    tree = finished(variant, mesh)
     table, order = tree.nodes(), tree.order()
     low, high = (part[order] for part in boxes(mesh))
     reachable = slice(0, tree.stats.triangles - tree.stats.rejected)
@@ -185,7 +192,7 @@ def test_a_bvhs_boxes_are_those_of_what_lies_below(variant, name):
 def test_clip_planes_of_float64_are_the_next_float32_outward(variant):
     mesh = meshes.soup(200, 0.2, dtype=np.float64)
     mesh = meshes.Triangles(mesh.vertices + 1000 / 3, mesh.triangles)
-    tree = variant.tree(*mesh)
+    tree = finished(variant, mesh)
     table = tree.nodes()
     low, high = (part[tree.order()] for part in boxes(mesh))
     for parent, left, right in children(table):
@@ -245,6 +252,7 @@ def test_the_tree_is_the_one_of_the_slides(variant, name):
     mesh = MESHES[name]
     leaf_size = variant.options.get("leaf_size", 4)
     tree = variant.tree(*mesh, leaf_size=leaf_size)
+    tree.build_all()
     expected = construct(*(part.astype(np.float64) for part in boxes(mesh)), leaf_size)
     table, order = tree.nodes(), tree.order()
     paths = {0: ()}
@@ -283,7 +291,7 @@ def test_the_slides_box_of_18_by_10_by_10_is_cut_at_9_then_5_then_5():
 @every_tree
 @every_mesh
 def test_max_depth_and_limit_give_the_first_rows(variant, name):
-    tree = variant.tree(*MESHES[name])
+    tree = finished(variant, MESHES[name])
     table = tree.nodes()
     for depth in (0, 1, 2, 5, 1000):
         assert tree.nodes(max_depth=depth).tobytes() == table[table["depth"] <= depth].tobytes()

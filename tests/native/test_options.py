@@ -24,7 +24,7 @@ BOX = meshes.box()
         ("layout", "tall"),
         ("layout", "Compact"),
         ("build", "later"),
-        ("build", "on_demand"),
+        ("build", "on demand"),
         ("heuristic", "SAH"),
         ("heuristic", "none"),
         ("precision", "exact"),

@@ -6,7 +6,7 @@ use crate::rays::Kind;
 
 pub const USAGE: &str = "bih-harness --mesh FILE [--embree-libs FOLDER] [--threads 2] [--rounds 5] [--seconds 20]
     [--build SIDE,…] [--trace SIDE[@CALL],…] [--rays primary,bounce,random,shadow,ambient] [--image SIDE,…]
-    [--samples 1,4,16] [--size 1024x768] [--json FILE]
+    [--samples 1,4,16] [--first SIDE,…] [--size 1024x768] [--json FILE]
 bih-harness --knows SIDE,… prints those that there are.
 SIDE: bih/wide, bih/classic/leaf4, bvh, bvh/compact/fast, kd_tree, embree/low, embree/medium/robust, embree/high/compact,
     obvhs/bvh2/fastest, slides/plain, slides/buckets, …
@@ -28,6 +28,8 @@ pub struct Arguments {
     pub rays: Vec<Kind>,
     pub image: Vec<String>,
     pub samples: Vec<u32>,
+    /// Whose first picture is timed part by part.
+    pub first: Vec<String>,
     pub json: Option<PathBuf>,
 }
 
@@ -45,6 +47,7 @@ impl Arguments {
             rays: vec![Kind::Primary, Kind::Bounce, Kind::Random, Kind::Shadow, Kind::Ambient],
             image: Vec::new(),
             samples: vec![1],
+            first: Vec::new(),
             json: None,
         };
         let mut words = words;
@@ -64,6 +67,7 @@ impl Arguments {
                 "--samples" => {
                     arguments.samples = value.split(',').map(|count| number(&name, count)).collect::<Result<_, _>>()?;
                 }
+                "--first" => arguments.first = list(),
                 "--size" => arguments.size = size(&value)?,
                 "--json" => arguments.json = Some(value.into()),
                 _ => return Err(format!("no option {name}")),

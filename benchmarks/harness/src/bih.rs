@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use bih_core::build::{self, Heuristic, Layout, Precision};
+use bih_core::build::{self, Build, Heuristic, Layout, Precision};
 use bih_core::simd::FloatEnvironment;
 use bih_core::traverse::{Hits, Limits, RayBatch, Stack, Tracer, Vectors, Way};
 use bih_core::{BuildOptions, Control, Hit, Tree, Triangles};
@@ -36,8 +36,11 @@ impl BihSide {
                 "presort" => options.presort = Some(true),
                 "inplace" => options.presort = Some(false),
                 "watertight" => options.precision = Precision::Watertight,
-                _ => match word.strip_prefix("leaf").map(str::parse) {
-                    Some(Ok(size)) => options.leaf_size = Some(size),
+                "eager" => options.build = Build::Eager,
+                "demand" => options.build = Build::OnDemand,
+                _ => match (size(word, "leaf"), size(word, "piece")) {
+                    (Some(leaf), _) => options.leaf_size = Some(leaf),
+                    (_, Some(piece)) => options.piece = Some(piece),
                     _ => return Err(format!("no option {word:?}")),
                 },
             }
@@ -51,6 +54,11 @@ impl BihSide {
         let tree = bih_core::build(&triangles, &self.options, &Control::default()).expect("nothing cancels it");
         BihTree { tree, triangles }
     }
+}
+
+/// The number behind a name, as in leaf4.
+fn size(word: &str, name: &str) -> Option<usize> {
+    word.strip_prefix(name)?.parse().ok()
 }
 
 pub struct BihTree<'m> {

@@ -26,7 +26,7 @@ fn power(view: &View) -> f32 {
 }
 
 /// By bih-core's own renderer.
-pub fn by_bih(built: &BihTree, view: &View, samples: u32) -> Picture {
+pub fn by_bih(built: &BihTree, view: &View, samples: u32, shadows: bool) -> Picture {
     let (width, height) = (view.width as u32, view.height as u32);
     let camera = Camera::new(clip_to_world(view), width, height).expect("the view has an inverse");
     let light = Light::Point { position: view.light.map(f64::from), power: [f64::from(power(view)); 3] };
@@ -34,7 +34,7 @@ pub fn by_bih(built: &BihTree, view: &View, samples: u32) -> Picture {
         tile: Tile { x: 0, y: 0, width, height },
         samples,
         seed: 0,
-        lighting: Lighting { lights: vec![light], shadows: true },
+        lighting: Lighting { lights: vec![light], shadows },
         wanted: Wanted { combined: true, ..Wanted::default() },
     };
     let passes = render(&built.tree, &built.triangles, &camera, &options, &Control::default());

@@ -7,6 +7,7 @@ mod bih;
 mod check;
 #[expect(unsafe_code, reason = "Embree has a C interface")]
 mod embree;
+mod first;
 mod image;
 #[expect(unsafe_code, reason = "an allocator's functions are unsafe to call")]
 mod memory;
@@ -73,6 +74,7 @@ fn run(arguments: &Arguments) -> Result<(), String> {
         "build": bench.build()?,
         "trace": bench.trace()?,
         "image": bench.image()?,
+        "first": bench.first()?,
     });
     write(arguments, &results)
 }

@@ -36,6 +36,10 @@ impl Rounds {
 }
 
 impl Clock {
+    pub fn add(&mut self, seconds: f64) {
+        self.0.push(seconds);
+    }
+
     pub fn median(&self) -> f64 {
         let mut sorted = self.0.clone();
         sorted.sort_by(f64::total_cmp);

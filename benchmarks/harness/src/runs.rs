@@ -26,11 +26,11 @@ pub struct Bench<'a> {
 }
 
 impl Bench<'_> {
-    fn rounds(&self) -> Rounds {
+    pub fn rounds(&self) -> Rounds {
         Rounds { count: self.arguments.rounds, seconds: self.arguments.seconds }
     }
 
-    fn side(&self, name: &str) -> Result<Side<'_>, String> {
+    pub fn side(&self, name: &str) -> Result<Side<'_>, String> {
         Side::parse(name, self.device)
     }
 
@@ -151,7 +151,7 @@ impl Bench<'_> {
 
     fn picture(&self, side: &Side, samples: u32) -> Result<Picture, String> {
         match side {
-            Side::Bih(side) => Ok(self.pool.install(|| by_bih(&side.build(self.mesh), &self.mesh.view, samples))),
+            Side::Bih(side) => Ok(self.pool.install(|| by_bih(&side.build(self.mesh), &self.mesh.view, samples, true))),
             Side::Embree(side) => {
                 let scene = side.build(self.mesh);
                 Ok(self.pool.install(|| by_embree(&scene, self.mesh, samples)))

@@ -60,7 +60,10 @@ fn one_tree_for_any_number_of_threads_and_with_or_without_bucket_sort() {
                         let options = BuildOptions { layout, heuristic, presort, ..Default::default() };
                         let tree = pool.install(|| grow(&triangles, options));
                         assert_eq!(tree.stats().rejected, 660);
-                        same(first.get_or_insert_with(|| tree.clone()), &tree);
+                        match &first {
+                            Some(first) => same(first, &tree),
+                            None => first = Some(tree),
+                        }
                     }
                 }
             }

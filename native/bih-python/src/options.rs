@@ -1,6 +1,6 @@
 //! The names of options, looked up.
 
-use bih_core::build::{Heuristic, Layout, Structure};
+use bih_core::build::{Build, Heuristic, Layout, Structure};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -18,6 +18,14 @@ pub fn named_layout(name: &str) -> PyResult<Layout> {
         .into_iter()
         .find(|layout| layout.name() == name)
         .ok_or_else(|| unknown("layout", name, "\"wide\", \"compact\" or \"classic\""))
+}
+
+/// The construction of that name.
+pub fn named_build(name: &str) -> PyResult<Build> {
+    [Build::Eager, Build::OnDemand]
+        .into_iter()
+        .find(|build| build.name() == name)
+        .ok_or_else(|| unknown("build", name, "\"eager\" or \"on_demand\""))
 }
 
 /// The heuristic of that name.

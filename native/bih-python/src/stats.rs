@@ -55,19 +55,20 @@ impl Stats {
     pub fn new(
         stats: &bih_core::tree::Stats,
         [structure, layout, heuristic, precision]: [&'static str; 4],
+        build: &'static str,
         mesh_bytes: usize,
     ) -> Self {
         Self {
             structure,
             layout,
-            build: "eager",
+            build,
             heuristic,
             precision,
             triangles: stats.triangles,
             nodes: stats.nodes,
             leaves: stats.leaves,
             references: stats.references,
-            unbuilt: 0,
+            unbuilt: stats.unbuilt,
             depth: stats.depth,
             tree_bytes: stats.tree_bytes,
             bound_bytes: stats.bound_bytes,

@@ -15,7 +15,7 @@ use crate::arrays::{Limit, LimitArray, limits, vectors};
 use crate::errors::{BihError, GeometryError, to_exception};
 use crate::hits::Hits;
 use crate::mesh::Mesh;
-use crate::options::{named_heuristic, named_layout, named_structure};
+use crate::options::{named_build, named_heuristic, named_layout, named_structure};
 use crate::stats::Stats;
 use crate::supervise::{run, supervise};
 
@@ -55,7 +55,7 @@ impl Tree {
     ) -> PyResult<Self> {
         let structure = named_structure(structure)?;
         let layout = layout.map_or(Ok(structure.layout()), named_layout)?;
-        one_of("build", build, "eager")?;
+        let build = named_build(build)?;
         let heuristic = heuristic.map_or(Ok(structure.heuristic()), named_heuristic)?;
         let precision = match precision {
             "fast" => Precision::Fast,
@@ -71,7 +71,7 @@ impl Tree {
             return Err(PyValueError::new_err(text));
         }
         let leaf_size = leaf_size.map(|size| count("leaf_size", size, 1)).transpose()?;
-        let options = BuildOptions { structure, layout, heuristic, presort, precision, leaf_size };
+        let options = BuildOptions { structure, layout, build, piece: None, heuristic, presort, precision, leaf_size };
         options.check().map_err(to_exception)?;
         let threads = count("threads", threads, 0)?;
         if let Some(progress) = progress.filter(|progress| !progress.is_callable()) {
@@ -160,7 +160,7 @@ impl Tree {
             Precision::Watertight => "watertight",
         };
         let names = [self.core.structure().name(), layout, self.core.heuristic().name(), precision];
-        Stats::new(self.core.stats(), names, self.mesh.owned_bytes)
+        Stats::new(&self.core.stats(), names, self.core.build().name(), self.mesh.owned_bytes)
     }
 
     /// (2, 3) lower and upper corner; inf and -inf where no triangle can be hit.
@@ -190,13 +190,20 @@ impl Tree {
 
     /// The caller's rows in leaf order, then the rejected ones.
     fn order<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i32>> {
-        PyArray1::from_iter(py, self.core.order().iter().map(|&row| row as i32))
+        PyArray1::from_iter(py, self.core.order().into_iter().map(|row| row as i32))
     }
 
     /// Check every rule that a tree keeps.
     fn validate(&self, py: Python<'_>) -> PyResult<()> {
         self.mesh
             .with_triangles(py, |triangles| run(py, self.pool.as_ref(), |_| tree::validate(&self.core, &triangles)))?
+    }
+
+    /// Build all that no ray has come to yet; nothing for a tree that was built at once.
+    fn build_all(&self, py: Python<'_>) -> PyResult<()> {
+        self.mesh.with_triangles(py, |triangles| {
+            supervise(py, self.pool.as_ref(), None, |control| Ok(self.core.build_all(&triangles, control)?))
+        })?
     }
 
     fn __reduce__(&self) -> PyResult<()> {
@@ -273,14 +280,6 @@ impl Tree {
     pub fn with_triangles<R>(&self, py: Python<'_>, read: impl FnOnce(Triangles<'_>) -> R) -> PyResult<R> {
         self.mesh.with_triangles(py, read)
     }
-}
-
-/// Refuse what this version does not have.
-fn one_of(name: &str, value: &str, known: &str) -> PyResult<()> {
-    if value == known {
-        return Ok(());
-    }
-    Err(PyValueError::new_err(format!("{name}: {value:?} is not in this version; choose {known:?}")))
 }
 
 /// A whole number that is not below `least`.

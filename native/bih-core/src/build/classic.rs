@@ -9,9 +9,9 @@ pub struct ClassicNodes;
 
 /// The nodes of one treelet, their children counted from its own.
 pub struct Piece {
-    nodes: Vec<Node>,
-    depth: usize,
-    leaves: usize,
+    pub nodes: Vec<Node>,
+    pub depth: usize,
+    pub leaves: usize,
 }
 
 /// All nodes.
@@ -43,6 +43,10 @@ impl Emission for ClassicNodes {
         let nodes = emit(&treelet.branches, leaf);
         let leaves = treelet.branches.iter().filter(|branch| branch.is_leaf()).count();
         Piece { nodes, depth: depths(&treelet.branches).max().unwrap_or(0), leaves }
+    }
+
+    fn unbuilt(&self, number: usize) -> Piece {
+        Piece { nodes: vec![Node::piece(number)], depth: 0, leaves: 0 }
     }
 
     fn join(&self, top: &Treelet, pieces: Vec<Piece>) -> Nodes {

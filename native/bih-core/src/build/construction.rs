@@ -1,13 +1,16 @@
 //! One construction: what is sorted by the heuristic chosen, and the frame that it is sorted in.
 
+use std::sync::Mutex;
+
 use super::accepted::Accepted;
 use super::extent::Extent;
 use super::frame::{Emission, Frame, Split};
-use super::global::{Coding, Global};
+use super::global::{Coding, Global, Grids};
 use super::keys::{Keys, row_bits};
 use super::leaves::Places;
 use super::local::Local;
-use super::options::{BuildOptions, Heuristic};
+use super::options::{Build, BuildOptions, Heuristic};
+use super::pieces::{GAP, Pieces};
 use super::presort;
 use super::reference::{self, Reference};
 use super::sah::Sah;
@@ -25,6 +28,8 @@ pub struct Construction<'a> {
     /// Whether the bucket sort came first.
     pub presorted: bool,
     pub left_out: Vec<(&'static str, String)>,
+    /// The pieces that are left to the rays.
+    pub pieces: Option<Pieces>,
     /// The most memory held at once, beside references and rows.
     pub peak_bytes: usize,
 }
@@ -39,7 +44,17 @@ impl Construction<'_> {
         }
     }
 
-    /// Build and fill the places.
+    /// Places between two pieces.
+    pub fn gap(&self) -> usize {
+        if self.is_on_demand() && self.options.has_rows(self.accepted.triangles) { GAP } else { 0 }
+    }
+
+    /// Whether pieces are left to the rays.
+    pub fn is_on_demand(&self) -> bool {
+        self.options.build == Build::OnDemand && self.accepted.len() > self.options.largest_piece()
+    }
+
+    /// Build and fill the places; on demand without them.
     pub fn run<E: Emission>(&mut self, emission: E, places: Places) -> Result<E::Output, Cancelled> {
         if self.accepted.len() == 0 {
             return Ok(E::Output::default());
@@ -80,7 +95,9 @@ impl Construction<'_> {
             (keys.in_order(self.control)?, 0)
         };
         let state = Coding::new(keys.grid.axes, sorted);
-        self.construct(Global { triangles, row_bits: row_bits(triangles.len()) }, state, items, emission, places)
+        let grids = self.is_on_demand().then(|| Grids { scene: keys.grid, others: Mutex::default() });
+        let split = Global { triangles, row_bits: row_bits(triangles.len()), grids };
+        self.construct(split, state, items, emission, places)
     }
 
     fn by_references<S: Split<Item = Reference, State = ()>, E: Emission>(
@@ -111,8 +128,15 @@ impl Construction<'_> {
     ) -> Result<E::Output, Cancelled> {
         let Accepted { triangles, .. } = self.accepted;
         let leaf_size = self.options.largest_leaf();
-        let frame = Frame { split, emission, triangles, leaf_size, control: self.control };
-        let built = frame.construct(items, state, places)?;
+        let longest = self.options.largest_piece();
+        let frame = Frame { split, emission, triangles, leaf_size, longest, control: self.control };
+        let built = if self.is_on_demand() {
+            let (built, pieces) = frame.lay_out(items, state, self.gap())?;
+            self.pieces = Some(pieces);
+            built
+        } else {
+            frame.construct(items, state, places)?
+        };
         self.peak_bytes = self.peak_bytes.max(built.peak_bytes);
         if built.skipped > 0 {
             let reason = format!("{} halvings had all objects on one side", built.skipped);

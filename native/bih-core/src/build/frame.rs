@@ -5,19 +5,21 @@
 
 use rayon::prelude::*;
 
-use super::leaves::{Places, write_leaves};
+use super::leaves::{Places, box_of_rows, write_leaves};
+use super::pieces::{Pieces, Ranges};
 use super::treelet::Treelet;
 use crate::control::{Cancelled, Control};
 use crate::geometry::{Bounds, Triangles};
+use crate::pages;
 use crate::simd::{FloatEnvironment, Kernel, Lanes, dispatch};
 use crate::tree::MAX_DEPTH;
 
-/// Ranges of at most this many items are one piece of work.
-pub const PIECE: usize = 4096;
+/// Ranges of at most this many items are one piece of work: docs/decisions/on-demand.md.
+pub const PIECE: usize = 1024;
 
 /// Pieces that there are at most: every other range has more items, and those at one depth are apart.
-pub fn most_pieces(items: usize) -> usize {
-    items.min(1 + MAX_DEPTH as usize * (items / PIECE))
+pub fn most_pieces(items: usize, longest: usize) -> usize {
+    items.min(1 + MAX_DEPTH as usize * (items / longest))
 }
 
 /// A heuristic: how a range of items is divided.
@@ -25,9 +27,12 @@ pub trait Split: Sync {
     /// What is sorted, one for each triangle.
     type Item: Copy + Send + Sync;
     /// What is known of a range.
-    type State: Copy + Send;
+    type State: Copy + Send + Sync;
 
     fn row(&self, item: &Self::Item) -> u32;
+
+    /// The pieces of its division, and all else that is needed to split them further when the items are gone.
+    fn kept(self, ranges: Vec<Range<Self::State>>) -> Ranges;
 
     /// The items that stand in the rows of the leaves until these are written; none where they have their own place.
     fn in_rows(_rows: &mut [f32]) -> &mut [Self::Item] {
@@ -68,6 +73,8 @@ pub trait Emission: Sync {
     type Output: Default + Weight;
     /// Make something of a finished treelet.
     fn piece(&self, treelet: &Treelet) -> Self::Piece;
+    /// What stands for a piece that is built on demand.
+    fn unbuilt(&self, number: usize) -> Self::Piece;
     /// Put all together; the leaves of `top` are the numbers of pieces.
     fn join(&self, top: &Treelet, pieces: Vec<Self::Piece>) -> Self::Output;
 }
@@ -83,6 +90,8 @@ pub struct Frame<'a, S, E> {
     pub emission: E,
     pub triangles: &'a Triangles<'a>,
     pub leaf_size: usize,
+    /// The most items of a piece.
+    pub longest: usize,
     pub control: &'a Control,
 }
 
@@ -96,11 +105,12 @@ pub struct Constructed<T> {
 }
 
 /// A range that is one piece of work.
+#[derive(Debug, Clone, Copy)]
 pub struct Range<T> {
     pub first: usize,
     pub count: usize,
-    depth: u32,
-    state: T,
+    pub depth: u32,
+    pub state: T,
 }
 
 /// What long ranges were split into.
@@ -124,7 +134,7 @@ impl<S: Split, E: Emission> Frame<'_, S, E> {
         let mut treelet = Treelet::default();
         let mut ranges = Vec::new();
         flatten(top, &mut treelet, &mut ranges);
-        let work = share(ranges, &mut items, Places { order, rows });
+        let work = share(ranges, &mut items, Places { order, rows }, 0);
         let pieces = work
             .into_par_iter()
             .map_init(Default::default, |(treelet, scratch), piece| self.piece(piece, treelet, scratch))
@@ -145,9 +155,54 @@ impl<S: Split, E: Emission> Frame<'_, S, E> {
         Ok(Constructed { output, skipped, peak_bytes })
     }
 
+    /// Divide the items into pieces that are built later, and keep the rows of each in the order of the items.
+    pub fn lay_out(
+        self,
+        mut items: Vec<S::Item>,
+        state: S::State,
+        gap: usize,
+    ) -> Result<(Constructed<E::Output>, Pieces), Cancelled> {
+        let count = items.len();
+        let top = self.divide(&mut items, Range { first: 0, count, depth: 0, state })?;
+        let mut treelet = Treelet::default();
+        let mut ranges = Vec::new();
+        flatten(top, &mut treelet, &mut ranges);
+        let mut order = pages::zeroed(count + gap * ranges.len());
+        let work = share::<S>(ranges, &mut items, Places { order: &mut order, rows: &mut [] }, gap);
+        let (ranges, boxes): (Vec<_>, Vec<_>) = work
+            .into_par_iter()
+            .map(|Work { range, items, places }| {
+                let _standard = FloatEnvironment::standard();
+                self.control.advance(range.count)?;
+                for (place, item) in places.order.iter_mut().zip(items) {
+                    *place = self.split.row(item);
+                }
+                Ok((range, box_of_rows(self.triangles, places.order)))
+            })
+            .collect::<Result<Vec<_>, Cancelled>>()?
+            .into_iter()
+            .unzip();
+        let items_bytes = size_of_val(&items[..]);
+        drop(items);
+        for leaf in treelet.branches.iter_mut().filter(|branch| branch.is_leaf()) {
+            leaf.bounds = boxes[leaf.first as usize];
+        }
+        treelet.unite();
+        let pieces = (0..ranges.len()).map(|number| self.emission.unbuilt(number)).collect();
+        let output = self.emission.join(&treelet, pieces);
+        let peak_bytes = items_bytes + size_of_val(&order[..]);
+        let constructed = Constructed { output, skipped: treelet.skipped, peak_bytes };
+        Ok((constructed, Pieces { ranges: self.split.kept(ranges), order }))
+    }
+
+    /// Build one piece over its items.
+    pub fn finish(&self, range: Range<S::State>, items: &mut [S::Item], places: Places) -> E::Piece {
+        self.plan(Work { range, items, places }, &mut Treelet::default(), &mut Vec::new()).output
+    }
+
     /// Split down to pieces, both halves at the same time.
     fn divide(&self, items: &mut [S::Item], range: Range<S::State>) -> Result<Top<S::State>, Cancelled> {
-        if items.len() <= PIECE.max(self.leaf_size) {
+        if items.len() <= self.longest {
             return Ok(Top::Piece(range));
         }
         let _standard = FloatEnvironment::standard();
@@ -168,8 +223,12 @@ impl<S: Split, E: Emission> Frame<'_, S, E> {
         scratch: &mut Vec<S::Item>,
     ) -> Result<Piece<E::Piece>, Cancelled> {
         let _standard = FloatEnvironment::standard();
+        self.control.advance(work.range.count)?;
+        Ok(self.plan(work, treelet, scratch))
+    }
+
+    fn plan(&self, work: Work<S>, treelet: &mut Treelet, scratch: &mut Vec<S::Item>) -> Piece<E::Piece> {
         let Work { range, items, places } = work;
-        self.control.advance(range.count)?;
         let items = if items.is_empty() { S::in_rows(places.rows) } else { items };
         dispatch(Plan { split: &self.split, items, range: &range, leaf_size: self.leaf_size, treelet, scratch });
         for (place, item) in places.order.iter_mut().zip(items) {
@@ -177,12 +236,12 @@ impl<S: Split, E: Emission> Frame<'_, S, E> {
         }
         write_leaves(self.triangles, treelet, places);
         treelet.unite();
-        Ok(Piece {
+        Piece {
             bounds: treelet.branches[0].bounds,
             skipped: treelet.skipped,
             scratch_bytes: treelet.bytes() + size_of_val(&scratch[..]),
             output: self.emission.piece(treelet),
-        })
+        }
     }
 }
 
@@ -214,18 +273,22 @@ struct Work<'a, S: Split> {
     places: Places<'a>,
 }
 
+/// Give each range what belongs to it; `gap` places belong to none behind each.
 fn share<'a, S: Split>(
     ranges: Vec<Range<S::State>>,
     mut items: &'a mut [S::Item],
     places: Places<'a>,
+    gap: usize,
 ) -> Vec<Work<'a, S>> {
     let Places { mut order, mut rows } = places;
     let mut work = Vec::with_capacity(ranges.len());
-    for range in ranges {
+    for (number, mut range) in ranges.into_iter().enumerate() {
+        range.first += gap * number;
         let (mine, places);
         (mine, items) = items.split_at_mut(range.count.min(items.len()));
         (places, order, rows) = {
             let (order, other_order) = order.split_at_mut(range.count);
+            let other_order = &mut other_order[gap..];
             let (rows, other_rows) = rows.split_at_mut((9 * range.count).min(rows.len()));
             (Places { order, rows }, other_order, other_rows)
         };

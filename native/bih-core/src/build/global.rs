@@ -1,8 +1,11 @@
 //! The global heuristic on keys: one bit of the code says on which side of the plane a triangle lies.
 
-use super::frame::{Cut, Split};
-use super::grid::Axes;
+use std::sync::{Mutex, PoisonError};
+
+use super::frame::{Cut, Range, Split};
+use super::grid::{Axes, Grid};
 use super::keys::{recode, row_mask};
+use super::pieces::Ranges;
 use crate::geometry::Triangles;
 use crate::simd::Lanes;
 use crate::tree::MAX_SPATIAL_DEPTH;
@@ -11,12 +14,22 @@ use crate::tree::MAX_SPATIAL_DEPTH;
 pub struct Global<'a> {
     pub triangles: &'a Triangles<'a>,
     pub row_bits: u32,
+    /// The scene's grid, and the boxes of the others that ranges were coded on, where these are wanted later.
+    pub grids: Option<Grids>,
+}
+
+/// What keys were made with.
+pub struct Grids {
+    pub scene: Grid,
+    pub others: Mutex<Vec<[[f64; 3]; 2]>>,
 }
 
 /// What the keys of a range mean.
 #[derive(Debug, Clone, Copy)]
 pub struct Coding {
     axes: Axes,
+    /// Which of the grids they were coded on: 0 the scene's, then the others.
+    pub grid: u32,
     /// The bits by which they are in order.
     sorted: u64,
     /// The bits from this one up are the same in all of them.
@@ -28,7 +41,7 @@ pub struct Coding {
 impl Coding {
     /// Of keys in the order of these bits.
     pub fn new(axes: Axes, sorted: u64) -> Self {
-        Self { axes, sorted, common: u64::BITS, is_point: false }
+        Self { axes, grid: 0, sorted, common: u64::BITS, is_point: false }
     }
 
     /// A cut at the highest bit that is not the same in all.
@@ -40,6 +53,16 @@ impl Coding {
     }
 }
 
+impl Global<'_> {
+    /// The number of a grid that ranges are coded on from here.
+    fn keep(&self, grid: &Grid) -> u32 {
+        let Some(Grids { others, .. }) = &self.grids else { return 0 };
+        let mut others = others.lock().unwrap_or_else(PoisonError::into_inner);
+        others.push(grid.sides);
+        others.len() as u32
+    }
+}
+
 impl Split for Global<'_> {
     type Item = u64;
     type State = Coding;
@@ -47,6 +70,12 @@ impl Split for Global<'_> {
     #[inline(always)]
     fn row(&self, key: &u64) -> u32 {
         (key & row_mask(self.row_bits)) as u32
+    }
+
+    fn kept(self, ranges: Vec<Range<Coding>>) -> Ranges {
+        let Grids { scene, others } = self.grids.expect("kept from the start");
+        let others = others.into_inner().unwrap_or_else(PoisonError::into_inner);
+        Ranges::Global { ranges, grid: scene, others, row_bits: self.row_bits }
     }
 
     /// A bucket sort by the next halvings, in the cache.
@@ -95,7 +124,7 @@ impl Split for Global<'_> {
         let mut different = differing_bits(keys) >> self.row_bits;
         if different == 0 {
             match recode(self.triangles, keys, self.row_bits) {
-                Some(grid) => *coding = Coding::new(grid.axes, 0),
+                Some(grid) => *coding = Coding { grid: self.keep(&grid), ..Coding::new(grid.axes, 0) },
                 None => coding.is_point = true,
             }
             different = differing_bits(keys) >> self.row_bits;

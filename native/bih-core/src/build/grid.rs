@@ -35,6 +35,8 @@ pub struct Grid {
     step: [f64; 3],
     largest: [f64; 3],
     pub axes: Axes,
+    /// What it is made of.
+    pub sides: [[f64; 3]; 2],
     /// Where the bits of a code along an axis stand in the key, byte by byte.
     tables: [[[u64; 256]; 4]; 3],
     /// Whether two bytes are all.
@@ -79,6 +81,7 @@ impl Grid {
             step: std::array::from_fn(|axis| sides[axis] / cells[axis]),
             largest: cells.map(|cells| cells - 1.0),
             axes,
+            sides: [lower, upper],
             tables,
             is_narrow: counts.iter().all(|&count| count <= 16),
         }

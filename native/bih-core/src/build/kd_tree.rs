@@ -5,16 +5,17 @@ use crate::control::Control;
 use crate::error::Error;
 use crate::geometry::Triangles;
 use crate::kd_tree::{Costs, KdTree, build as build_kd_tree};
-use crate::tree::{Stats, Tree};
+use crate::tree::{Shared, Stats, Tree};
 
 /// Build the whole tree.
 pub fn build(triangles: &Triangles, options: &BuildOptions, control: &Control) -> Result<Tree, Error> {
     let kd_tree = build_kd_tree(triangles, &Costs::default(), control)?;
     Ok(Tree {
-        nodes: Vec::new(),
+        nodes: Shared::whole(Vec::new()),
         wide: None,
-        order: Vec::new(),
-        rejected: kd_tree.stats().rejected,
+        order: Shared::whole(Vec::new()),
+        build: options.build,
+        on_demand: None,
         bounds: *kd_tree.bounds(),
         structure: options.structure,
         precision: options.precision,
@@ -33,6 +34,7 @@ fn stats(kd_tree: &KdTree) -> Stats {
         nodes: stats.nodes,
         leaves: stats.leaves,
         references: stats.references,
+        unbuilt: 0,
         depth: stats.depth,
         tree_bytes: stats.tree_bytes,
         // How often triangles are referred to is not known before.

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::accepted::{Accepted, CHUNK};
 use super::extent::Extent;
 use super::grid::Grid;
-use super::source::{Coordinate, Reading, Source, box_of, doubled_centre, least, most, read};
+use super::source::{Coordinate, Reading, Source, box_of, doubled_centre, each_row, least, most, read};
 use crate::control::{Cancelled, Control};
 use crate::geometry::Triangles;
 use crate::pages;
@@ -87,6 +87,30 @@ impl Reading for Fill<'_> {
         for (row, key) in (self.first..).zip(self.keys) {
             *key = self.grid.code(doubled_centre(&box_of(&source.corners(row)))) | row as u64;
         }
+    }
+}
+
+/// The keys of these rows on a grid, in their order.
+pub fn keys_of_rows(triangles: &Triangles, grid: &Grid, rows: &[u32]) -> Vec<u64> {
+    let mut keys = vec![0; rows.len()];
+    read(triangles, KeysOfRows { grid, rows, keys: &mut keys });
+    keys
+}
+
+struct KeysOfRows<'a> {
+    grid: &'a Grid,
+    rows: &'a [u32],
+    keys: &'a mut [u64],
+}
+
+impl Reading for KeysOfRows<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Source>(self, source: S) {
+        each_row(source, self.rows, |place, corners| {
+            self.keys[place] = self.grid.code(doubled_centre(&box_of(&corners))) | u64::from(self.rows[place]);
+        });
     }
 }
 

@@ -1,6 +1,6 @@
 //! Writing leaves: their references in the order of the rows, their triangles, their boxes.
 
-use super::source::{Coordinate, Reading, Source, box_of, least, most, read};
+use super::source::{Coordinate, Reading, Source, box_of, each_row, least, most, read};
 use super::treelet::{Branch, Treelet};
 use crate::geometry::{Bounds, Triangles};
 
@@ -17,6 +17,26 @@ pub fn write_leaves(triangles: &Triangles, treelet: &mut Treelet, places: Places
     let Places { order, rows } = places;
     let Treelet { branches, leaves, .. } = treelet;
     read(triangles, Leaves { branches, leaves, order, rows });
+}
+
+/// The box that holds these rows of triangles.
+pub fn box_of_rows(triangles: &Triangles, rows: &[u32]) -> Bounds {
+    read(triangles, BoxOf { rows })
+}
+
+struct BoxOf<'a> {
+    rows: &'a [u32],
+}
+
+impl Reading for BoxOf<'_> {
+    type Output = Bounds;
+
+    #[inline(always)]
+    fn run<S: Source>(self, source: S) -> Bounds {
+        let mut all = empty::<S::Scalar>();
+        each_row(source, self.rows, |_, corners| all = union(all, box_of(&corners)));
+        bounds(all)
+    }
 }
 
 struct Leaves<'a> {

@@ -1,6 +1,7 @@
 //! The local heuristic: halve the longest side of the box that holds the centres.
 
-use super::frame::{Cut, Split};
+use super::frame::{Cut, Range, Split};
+use super::pieces::Ranges;
 use super::reference::Reference;
 use super::source::{least, most};
 use crate::simd::Lanes;
@@ -15,6 +16,10 @@ impl Split for Local {
 
     fn row(&self, reference: &Reference) -> u32 {
         reference.row
+    }
+
+    fn kept(self, ranges: Vec<Range<()>>) -> Ranges {
+        Ranges::Local(ranges)
     }
 
     fn in_rows(rows: &mut [f32]) -> &mut [Reference] {

@@ -1,6 +1,7 @@
 //! What a person can choose about the construction, and what is known of a tree before it is built.
 
-use super::frame::most_pieces;
+use super::frame::{PIECE, most_pieces};
+use super::on_demand::OnDemand;
 use super::structure::Structure;
 use crate::geometry::Triangles;
 use crate::tree::{CompactRecord, Node, Record, WIDTH, Wide};
@@ -12,6 +13,10 @@ pub struct BuildOptions {
     pub structure: Structure,
     /// What the tree is traced as.
     pub layout: Layout,
+    /// Whether all is built at once.
+    pub build: Build,
+    /// Ranges of at most this many triangles are finished at once; none: `PIECE`. Hits do not depend on it.
+    pub piece: Option<usize>,
     /// Where ranges are split.
     pub heuristic: Heuristic,
     /// Whether the bucket sort comes before the global heuristic; none: where it pays. The tree is the same.
@@ -20,6 +25,16 @@ pub struct BuildOptions {
     pub precision: Precision,
     /// Ranges of at most this many triangles become leaves, of wide records `WIDTH` at most; none: the layout's default.
     pub leaf_size: Option<usize>,
+}
+
+/// When the tree is built.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Build {
+    /// At once.
+    #[default]
+    Eager,
+    /// The upper nodes at once, the pieces below them when a ray comes to one.
+    OnDemand,
 }
 
 /// Where a range of triangles is split.
@@ -73,6 +88,16 @@ impl Heuristic {
     }
 }
 
+impl Build {
+    /// The name that a person knows it by.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Eager => "eager",
+            Self::OnDemand => "on_demand",
+        }
+    }
+}
+
 impl Layout {
     /// The name that a person knows it by.
     pub fn name(self) -> &'static str {
@@ -101,6 +126,11 @@ impl BuildOptions {
         }
     }
 
+    /// The most triangles of a piece.
+    pub(super) fn largest_piece(&self) -> usize {
+        self.piece.unwrap_or(PIECE).max(self.largest_leaf())
+    }
+
     /// Whether leaves hold the vertices of their triangles.
     pub(super) fn has_rows(&self, triangles: &Triangles) -> bool {
         self.layout == Layout::Wide && (!triangles.is_double() || self.precision == Precision::Fast)
@@ -111,20 +141,30 @@ impl BuildOptions {
     /// Known before the build, because an object is referred to once (Wächter and Keller 2006, section 3).
     pub fn bound_bytes(&self, triangles: &Triangles) -> usize {
         let count = triangles.len();
+        let pieces = most_pieces(count, self.largest_piece());
+        let built = self.bound_of_built(triangles, pieces);
+        match self.build {
+            Build::Eager => built,
+            Build::OnDemand => built + OnDemand::bound_bytes(self, triangles, pieces),
+        }
+    }
+
+    fn bound_of_built(&self, triangles: &Triangles, pieces: usize) -> usize {
+        let count = triangles.len();
         let references = size_of::<u32>() * count;
         match self.layout {
             Layout::Classic => Node::BYTES * (2 * count).saturating_sub(1) + references,
             Layout::Wide | Layout::Compact if count == 0 => 0,
-            Layout::Compact => CompactRecord::BYTES * most_records(count) + references,
+            Layout::Compact => CompactRecord::BYTES * most_records(count, pieces) + references,
             Layout::Wide => {
                 let numbers = if self.has_rows(triangles) { 9 * count + WIDTH } else { 0 };
-                Record::BYTES * most_records(count) + size_of::<f32>() * numbers + references
+                Record::BYTES * most_records(count, pieces) + size_of::<f32>() * numbers + references
             }
         }
     }
 }
 
-/// The most records over so many triangles.
+/// The most records over so many triangles, in so many pieces.
 ///
 /// Take a piece with r records and l leaves, one a triangle at most. The lanes in use are its leaves and its records but
 /// the first: l + r − 1. Its records are those of least cost, and each costs something; so a record and its parent have
@@ -133,6 +173,6 @@ impl BuildOptions {
 /// (w + k (10 − w)) / (1 + k) lanes a record, k <= w, and at least 8/3, the value for w = k = 8. Only the first record may
 /// have fewer, but two. So l + r − 1 >= 8/3 (r − 1) + 2, or r <= (3 l − 1) / 5. The same holds of the top, whose leaves
 /// are the pieces. A tree of one leaf has one record.
-fn most_records(triangles: usize) -> usize {
-    1 + 3 * (triangles + most_pieces(triangles)) / 5
+pub(super) fn most_records(triangles: usize, pieces: usize) -> usize {
+    1 + 3 * (triangles + pieces) / 5
 }

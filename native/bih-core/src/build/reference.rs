@@ -4,8 +4,9 @@ use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 
 use super::accepted::{Accepted, CHUNK};
-use super::source::{Coordinate, Reading, Source, box_of, least, most, read};
+use super::source::{Coordinate, Reading, Source, box_of, each_row, least, most, read};
 use crate::control::{Cancelled, Control};
+use crate::geometry::Triangles;
 use crate::simd::{FloatEnvironment, Lanes};
 
 /// Nine numbers, as many as a triangle has in the rows of the leaves: references are sorted in the place of the rows that
@@ -19,7 +20,11 @@ pub struct Reference {
 }
 
 impl Reference {
-    fn new(lower: [f32; 3], upper: [f32; 3], row: u32) -> Self {
+    #[inline(always)]
+    fn of<T: Coordinate>(corners: &[[T; 3]; 3], row: u32) -> Self {
+        let [lower, upper] = box_of(corners);
+        let lower = lower.map(|x| finite(x.below()));
+        let upper = upper.map(|x| finite(x.above()));
         let numbers = [-lower[0], -lower[1], -lower[2], 0.0, upper[0], upper[1], upper[2], 0.0];
         Self { numbers, row }
     }
@@ -50,6 +55,26 @@ pub fn collect(accepted: &Accepted, references: &mut [Reference], control: &Cont
     })
 }
 
+/// One for each of these rows, in their order.
+pub fn collect_rows(triangles: &Triangles, rows: &[u32]) -> Vec<Reference> {
+    read(triangles, CollectRows { rows })
+}
+
+struct CollectRows<'a> {
+    rows: &'a [u32],
+}
+
+impl Reading for CollectRows<'_> {
+    type Output = Vec<Reference>;
+
+    #[inline(always)]
+    fn run<S: Source>(self, source: S) -> Vec<Reference> {
+        let mut references = Vec::with_capacity(self.rows.len());
+        each_row(source, self.rows, |place, corners| references.push(Reference::of(&corners, self.rows[place])));
+        references
+    }
+}
+
 struct Collect<'a> {
     first: usize,
     references: &'a mut [Reference],
@@ -61,9 +86,7 @@ impl Reading for Collect<'_> {
     #[inline(always)]
     fn run<S: Source>(self, source: S) {
         for (row, reference) in (self.first..).zip(self.references) {
-            let [lower, upper] = box_of(&source.corners(row));
-            let [lower, upper] = [lower.map(Coordinate::below), upper.map(Coordinate::above)];
-            *reference = Reference::new(lower.map(finite), upper.map(finite), row as u32);
+            *reference = Reference::of(&source.corners(row), row as u32);
         }
     }
 }

@@ -2,8 +2,9 @@
 
 use std::ops::Range;
 
-use super::frame::{Cut, Split};
+use super::frame::{Cut, Range as Piece, Split};
 use super::local::{Centres, by_median, halve, partition};
+use super::pieces::Ranges;
 use super::reference::Reference;
 use super::source::{least, most};
 use crate::simd::Lanes;
@@ -37,6 +38,10 @@ impl Split for Sah {
 
     fn row(&self, reference: &Reference) -> u32 {
         reference.row
+    }
+
+    fn kept(self, ranges: Vec<Piece<()>>) -> Ranges {
+        Ranges::Sah(ranges)
     }
 
     fn in_rows(rows: &mut [f32]) -> &mut [Reference] {

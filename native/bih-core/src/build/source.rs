@@ -154,6 +154,21 @@ pub fn read<R: Reading>(triangles: &Triangles, reading: R) -> R::Output {
     }
 }
 
+/// Show the corners of some rows, which lie anywhere: memory is asked for those that come soon.
+#[inline(always)]
+pub fn each_row<S: Source>(source: S, rows: &[u32], mut show: impl FnMut(usize, [[S::Scalar; 3]; 3])) {
+    const AHEAD: usize = 16;
+    for (place, &row) in rows.iter().enumerate() {
+        if let Some(&later) = rows.get(place + 2 * AHEAD) {
+            source.prefetch_row(later as usize);
+        }
+        if let Some(&later) = rows.get(place + AHEAD) {
+            source.prefetch_corners(later as usize);
+        }
+        show(place, source.corners(row as usize));
+    }
+}
+
 /// The smaller one; the second where either is NaN.
 #[inline(always)]
 pub fn least<T: PartialOrd>(a: T, b: T) -> T {

@@ -1,6 +1,6 @@
 //! The structures there are, and which options go with each.
 
-use super::options::{BuildOptions, Heuristic, Layout};
+use super::options::{Build, BuildOptions, Heuristic, Layout};
 use crate::error::Error;
 
 /// What is built over the triangles.
@@ -53,6 +53,9 @@ impl BuildOptions {
         let wrong = |argument: &'static str, value: String, advice: &'static str| {
             Err(Error::Incompatible { structure: self.structure.name(), argument, value, advice })
         };
+        if self.structure != Structure::Bih && self.build == Build::OnDemand {
+            return wrong("build", "\"on_demand\"".to_owned(), "choose \"eager\"");
+        }
         let layout = || format!("{:?}", self.layout.name());
         match self.structure {
             Structure::Bih => return Ok(()),

@@ -12,11 +12,11 @@ pub struct WideRecords;
 
 /// The records of one treelet, their children counted from its own; none where it is a single leaf.
 pub struct Piece {
-    records: Vec<Record>,
+    pub records: Vec<Record>,
     /// Of the deepest leaf, in records.
-    depth: usize,
-    leaves: usize,
-    leaf: Option<Child>,
+    pub depth: usize,
+    pub leaves: usize,
+    pub leaf: Option<Child>,
 }
 
 /// All records.
@@ -56,6 +56,10 @@ impl Emission for WideRecords {
             child(leaf)
         });
         Piece { records, depth, leaves, leaf: None }
+    }
+
+    fn unbuilt(&self, number: usize) -> Piece {
+        Piece { records: Vec::new(), depth: 0, leaves: 0, leaf: Some(Child::piece(number)) }
     }
 
     fn join(&self, top: &Treelet, mut pieces: Vec<Piece>) -> Records {

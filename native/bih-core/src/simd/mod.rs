@@ -20,4 +20,4 @@ pub use dispatch::{Kernel, dispatch, dispatch_to};
 pub use float_environment::FloatEnvironment;
 pub use instruction_set::{InstructionSet, NotThere, check_instruction_set, instruction_sets};
 pub use lanes::{Lanes, Mask, Scalar};
-pub use prefetch::prefetch;
+pub use prefetch::{prefetch, prefetch_at};

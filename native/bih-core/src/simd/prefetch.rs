@@ -9,10 +9,15 @@
 /// be there.
 #[inline(always)]
 pub fn prefetch<const LINES: usize, T>(items: &[T], index: usize) {
+    prefetch_at::<LINES>(items.as_ptr().wrapping_add(index).cast());
+}
+
+/// The same from an address.
+#[inline(always)]
+pub fn prefetch_at<const LINES: usize>(start: *const u8) {
     const LINE: usize = 64;
-    let start = items.as_ptr().wrapping_add(index).cast::<i8>();
     for line in 0..LINES {
-        let address = start.wrapping_add(line * LINE);
+        let address = start.wrapping_add(line * LINE).cast::<i8>();
         // SAFETY: a prefetch reads nothing that the program sees and never faults, whatever the address; SSE is part of
         // every x86-64.
         #[cfg(all(target_arch = "x86_64", not(miri)))]

@@ -166,6 +166,7 @@ pub(super) fn two_by_two(
 #[inline(always)]
 pub(super) fn walk<C: Counter>(
     tree: &Tree,
+    triangles: &Triangles,
     ray: &Ray,
     stack: &mut Stack,
     counter: &mut C,
@@ -184,8 +185,17 @@ pub(super) fn walk<C: Counter>(
     let mut entry = Entry { node: 0, near, far };
     loop {
         if entry.near <= entry.far && entry.near <= limit {
+            let mut node = tree.nodes.get(entry.node);
+            if let Some(piece) = node.piece_number() {
+                let Some(root) = tree.enter(piece, triangles) else {
+                    // Another thread builds it. Single precision wants the nodes in their order, so the ray stays here.
+                    std::thread::yield_now();
+                    continue;
+                };
+                node = tree.nodes.get(root as usize);
+            }
             counter.visit_node();
-            match tree.nodes[entry.node].kind() {
+            match node.kind() {
                 Kind::Inner { axis, left, clip } => {
                     let backwards = usize::from(crossing.is_negative(axis));
                     let first_ends = crossing.latest(axis, clip[backwards]);
@@ -208,7 +218,7 @@ pub(super) fn walk<C: Counter>(
                 }
                 Kind::Leaf { first, count } => {
                     counter.test_triangles(count);
-                    match leaf(&tree.order[first..first + count]) {
+                    match leaf(tree.order.slice(first..first + count)) {
                         ControlFlow::Continue(t) => limit = t,
                         ControlFlow::Break(()) => return,
                     }

@@ -2,6 +2,8 @@
 
 /// Told of each step of a traversal; `Uncounted` compiles to nothing.
 pub trait Counter {
+    /// Whether the order of steps must be the same each time.
+    const COUNTS: bool;
     /// A node, inner or leaf, is visited.
     fn visit_node(&mut self);
     /// Triangles are tested.
@@ -13,6 +15,7 @@ pub trait Counter {
 pub struct Uncounted;
 
 impl Counter for Uncounted {
+    const COUNTS: bool = false;
     #[inline(always)]
     fn visit_node(&mut self) {}
     #[inline(always)]
@@ -29,6 +32,7 @@ pub struct Counts {
 }
 
 impl Counter for Counts {
+    const COUNTS: bool = true;
     #[inline(always)]
     fn visit_node(&mut self) {
         self.nodes += 1;

@@ -68,17 +68,19 @@ impl Queue {
 struct Queues {
     records: Queue,
     leaves: Queue,
-    done: Queue,
+    /// Those that are done, and those that come to a piece.
+    special: Queue,
 }
 
 impl Queues {
     /// Which of them is not predictable: no branch.
     #[inline(always)]
     fn add(&mut self, ray: usize, word: u32) {
-        let (is_leaf, is_done) = (Child::is_leaf(word), word == DONE);
-        self.records.add_if(!is_leaf && !is_done, ray);
+        let is_leaf = Child::is_leaf(word);
+        let is_special = !is_leaf && Child::is_special(word);
+        self.records.add_if(!is_leaf && !is_special, ray);
         self.leaves.add_if(is_leaf, ray);
-        self.done.add_if(is_done, ray);
+        self.special.add_if(is_special, ray);
     }
 }
 
@@ -127,8 +129,8 @@ fn fly<L: Lanes, S: Search, R: Rays<S::Answer>>(scene: &Scene, rays: &mut R) {
     let Some(first) = start::<S, R>(scene, rays) else { return };
     let mut flying = [first; RAYS];
     let mut space = Record::EMPTY;
-    let mut stacks = Postponed::new(RAYS, scene.wide.depth);
-    let mut queues = Queues { records: Queue::new(), leaves: Queue::new(), done: Queue::new() };
+    let mut stacks = Postponed::new(RAYS, scene.depth());
+    let mut queues = Queues { records: Queue::new(), leaves: Queue::new(), special: Queue::new() };
     flying[0].end = stacks.start(0);
     queues.records.add_if(true, 0);
     for (place, slot) in flying.iter_mut().enumerate().skip(1) {
@@ -136,7 +138,7 @@ fn fly<L: Lanes, S: Search, R: Rays<S::Answer>>(scene: &Scene, rays: &mut R) {
         *slot = Flying { end: stacks.start(place), ..ray };
         queues.records.add_if(true, place);
     }
-    while queues.records.len | queues.leaves.len > 0 {
+    while queues.records.len | queues.leaves.len | queues.special.len > 0 {
         // A queue is filled again from its start while it is read: no more is added than was read.
         for place in 0..std::mem::take(&mut queues.records.len) {
             let number = queues.records.get(place);
@@ -166,14 +168,45 @@ fn fly<L: Lanes, S: Search, R: Rays<S::Answer>>(scene: &Scene, rays: &mut R) {
             scene.prefetch(ray.word);
             queues.add(number, ray.word);
         }
-        for place in 0..std::mem::take(&mut queues.done.len) {
-            let number = queues.done.get(place);
+        let (mut has_entered, mut waiting) = (false, 0);
+        for place in 0..std::mem::take(&mut queues.special.len) {
+            let number = queues.special.get(place);
             let ray = &mut flying[number % RAYS];
+            if ray.word != DONE {
+                match scene.enter(ray.word) {
+                    Some(root) => {
+                        has_entered = true;
+                        ray.word = root;
+                        scene.prefetch(root);
+                    }
+                    None => waiting += 1,
+                }
+                queues.add(number, ray.word);
+                continue;
+            }
             rays.answer(ray.number, ray.search.answer(scene));
             if let Some(next) = start::<S, R>(scene, rays) {
                 *ray = Flying { end: stacks.start(number), ..next };
                 queues.records.add_if(true, number);
             }
+        }
+        if has_entered && scene.depth() > stacks.depth() {
+            deepen(scene, &mut stacks, &mut flying);
+        }
+        if waiting > 0 && queues.records.len | queues.leaves.len == 0 {
+            // All rays wait for pieces that other threads build.
+            std::thread::yield_now();
+        }
+    }
+}
+
+/// A deeper piece has been built: more room for each ray.
+#[cold]
+#[inline(never)]
+fn deepen<S>(scene: &Scene, stacks: &mut Postponed, flying: &mut [Flying<S>; RAYS]) {
+    if let Some(further) = stacks.deepen(scene.depth()) {
+        for (place, ray) in flying.iter_mut().enumerate() {
+            ray.end += further * place as u32;
         }
     }
 }

@@ -13,7 +13,7 @@ pub fn naive_closest(tree: &Tree, triangles: &Triangles, ray: &Ray) -> Option<Hi
         return single::naive_closest(tree, triangles, ray);
     }
     let mut nearest = Nearest::new(ray, tree);
-    for &row in tree.references() {
+    for row in tree.references() {
         nearest.offer(row, triangles.corners(row));
     }
     nearest.hit()
@@ -25,5 +25,5 @@ pub fn naive_occluded(tree: &Tree, triangles: &Triangles, ray: &Ray) -> bool {
         return single::naive_occluded(tree, triangles, ray);
     }
     let test = RayTest::new(ray, tree.bounds());
-    tree.references().iter().any(|&row| distance_within(ray, &test, &triangles.corners(row)).is_some())
+    tree.references().into_iter().any(|row| distance_within(ray, &test, &triangles.corners(row)).is_some())
 }

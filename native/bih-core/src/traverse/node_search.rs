@@ -104,7 +104,7 @@ pub(super) fn search<S: NodeSearch, C: Counter>(
     counter: &mut C,
 ) -> S::Answer {
     let mut search = S::new(ray, tree);
-    walk(tree, &search.ray(), stack, counter, |rows| {
+    walk(tree, triangles, &search.ray(), stack, counter, |rows| {
         search.test(rows, triangles);
         let limit = search.limit();
         if limit == f64::NEG_INFINITY { ControlFlow::Break(()) } else { ControlFlow::Continue(limit) }
@@ -127,7 +127,8 @@ pub(super) fn search_packets<S: NodeSearch>(
         // The others are never asked.
         let mut searches: [S; LANES] = from_fn(|lane| S::new(&rays[if active[lane] { lane } else { first }], tree));
         let walked = searches.each_ref().map(NodeSearch::ray);
-        match Packet::new(&walked, active) {
+        // Where nodes are built on demand, rays go alone.
+        match Packet::new(&walked, active).filter(|_| tree.on_demand.is_none()) {
             Some(packet) => match &tree.kd_tree {
                 Some(kd_tree) => together(kd_tree, triangles, &packet, &mut stack.two_by_two, &mut searches),
                 None => together(tree, triangles, &packet, &mut stack.two_by_two, &mut searches),

@@ -33,6 +33,43 @@ impl Postponed {
         stacks
     }
 
+    /// The depth of records that there is room for.
+    #[inline(always)]
+    pub(super) fn depth(&self) -> usize {
+        self.stride.saturating_sub(2) / (WIDTH - 1)
+    }
+
+    /// Give each ray room for records of this depth, if there is less; answers by how much each stack begins further on
+    /// than the one before it, if it did.
+    pub(super) fn deepen(&mut self, depth: usize) -> Option<u32> {
+        let Self { nears, words, stride } = self;
+        let mut deeper = Self::new(nears.len() / *stride, depth);
+        if deeper.stride <= *stride {
+            return None;
+        }
+        for (from, to) in nears.chunks(*stride).zip(deeper.nears.chunks_mut(deeper.stride)) {
+            to[..from.len()].copy_from_slice(from);
+        }
+        for (from, to) in words.chunks(*stride).zip(deeper.words.chunks_mut(deeper.stride)) {
+            to[..from.len()].copy_from_slice(from);
+        }
+        let further = deeper.stride - *stride;
+        *self = deeper;
+        Some(further as u32)
+    }
+
+    /// The entry that was taken last and left this end waits for another thread: put it behind the next one, if there is
+    /// one. Answers the end before it was taken.
+    pub(super) fn put_off(&mut self, word: u32, end: u32) -> u32 {
+        let place = end as usize;
+        self.words[place] = word;
+        if self.words[place - 1] != DONE {
+            self.words.swap(place - 1, place);
+            self.nears.swap(place - 1, place);
+        }
+        end + 1
+    }
+
     /// Room for one ray that walks over records of this depth.
     #[inline(always)]
     pub(super) fn reserve(&mut self, depth: usize) {

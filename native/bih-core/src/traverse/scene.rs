@@ -2,7 +2,7 @@
 
 use super::slab;
 use crate::geometry::{Corners, Triangles};
-use crate::simd::{Lanes, prefetch};
+use crate::simd::{Lanes, prefetch_at};
 use crate::tree::{Child, Record, Target, Tree, WIDTH, Wide};
 
 /// Numbers from the start of a leaf that whole vectors are read from.
@@ -32,7 +32,7 @@ impl Leaf {
     pub(super) fn new(word: u32) -> Self {
         match Child::from_word(word).target() {
             Target::Leaf { first, count } => Self { first, count },
-            Target::Record(_) => unreachable!("asked of leaves only"),
+            Target::Record(_) | Target::Piece(_) => unreachable!("asked of leaves only"),
         }
     }
 
@@ -56,7 +56,7 @@ impl<'a> Scene<'a> {
     /// The caller's row of a reference.
     #[inline(always)]
     pub(super) fn row(&self, reference: usize) -> u32 {
-        self.tree.order[reference]
+        *self.tree.order.get(reference)
     }
 
     /// The corners of a triangle of a leaf in double precision.
@@ -74,7 +74,8 @@ impl<'a> Scene<'a> {
             *space = self.gathered(leaf);
             return space;
         }
-        &self.wide.rows[9 * leaf.first..]
+        let rows = &self.wide.rows;
+        rows.slice(9 * leaf.first..rows.len().min(9 * leaf.first + ROWS))
     }
 
     /// The first, second and third vertices of the triangles of a leaf; lanes without one hold anything.
@@ -82,7 +83,8 @@ impl<'a> Scene<'a> {
     pub(super) fn vertices<L: Lanes>(&self, leaf: Leaf) -> [[L; 3]; 3] {
         let start = 9 * leaf.first;
         let gathered;
-        let rows = match self.wide.rows.get(start..start + ROWS).and_then(<[f32]>::first_chunk) {
+        let is_there = start + ROWS <= self.wide.rows.len();
+        let rows = match is_there.then(|| self.wide.rows.slice(start..start + ROWS)).and_then(<[f32]>::first_chunk) {
             Some(rows) => rows,
             None => {
                 gathered = self.gathered(leaf);
@@ -108,11 +110,25 @@ impl<'a> Scene<'a> {
     /// Tell the processor what is read next; without a branch, which could not be predicted.
     #[inline(always)]
     pub(super) fn prefetch(&self, word: u32) {
-        let index = Child::index(word);
-        let (records, stride) = self.wide.records.numbers();
-        let (numbers, start) =
-            if Child::is_leaf(word) { (&self.wide.rows[..], 9 * index) } else { (records, stride * index) };
-        prefetch::<4, _>(numbers, start);
+        let Wide { records, rows, .. } = self.wide;
+        let (start, stride) = if Child::is_leaf(word) {
+            (rows.start().cast(), 9 * size_of::<f32>())
+        } else {
+            (records.start(), records.stride())
+        };
+        prefetch_at::<4>(start.wrapping_add(stride * Child::index(word)));
+    }
+
+    /// The root of a piece; none while another thread builds it. Built here if nobody does.
+    #[inline(always)]
+    pub(super) fn enter(&self, word: u32) -> Option<u32> {
+        self.tree.enter(Child::index(word), self.triangles)
+    }
+
+    /// Depth of the deepest leaf that there is, in records.
+    #[inline(always)]
+    pub(super) fn depth(&self) -> usize {
+        self.tree.depth()
     }
 }
 

@@ -87,12 +87,12 @@ impl NodeSearch for Any {
 
 pub(super) fn naive_closest(tree: &Tree, triangles: &Triangles, ray: &Ray) -> Option<Hit> {
     let mut nearest = Nearest::new(ray, tree);
-    nearest.test(tree.references(), triangles);
+    nearest.test(&tree.references(), triangles);
     nearest.answer()
 }
 
 pub(super) fn naive_occluded(tree: &Tree, triangles: &Triangles, ray: &Ray) -> bool {
     let mut any = Any::new(ray, tree);
-    any.test(tree.references(), triangles);
+    any.test(&tree.references(), triangles);
     any.answer()
 }

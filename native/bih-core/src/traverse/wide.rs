@@ -38,13 +38,13 @@ fn walk<L: Lanes, S: Search, C: Counter>(
     stack: &mut Postponed,
     counter: &mut C,
 ) {
-    stack.reserve(scene.wide.depth);
+    stack.reserve(scene.depth());
     let mut space = Record::EMPTY;
     let mut limit = search.limit();
     let (mut word, mut end) = (0, stack.start(0));
-    while word != DONE {
-        counter.visit_node();
+    loop {
         if Child::is_leaf(word) {
+            counter.visit_node();
             let leaf = Leaf::new(word);
             counter.test_triangles(leaf.count);
             if search.test::<L>(scene, leaf, stack.near(end)) {
@@ -52,7 +52,13 @@ fn walk<L: Lanes, S: Search, C: Counter>(
             }
             limit = search.limit();
             (word, end) = stack.pop(end, limit);
+        } else if Child::is_special(word) {
+            if word == DONE {
+                return;
+            }
+            (word, end) = enter::<C>(scene, stack, word, end, limit);
         } else {
+            counter.visit_node();
             let record = scene.record::<L>(word, &mut space);
             let order = record.order(slab.octant());
             let (nears, words) = stack.room(end);
@@ -84,10 +90,14 @@ pub(super) fn walk_slowly<S: Search, C: Counter>(
 ) {
     let ray = search.ray();
     let crossing = Crossing::new(&ray);
-    stack.reserve(scene.wide.depth);
+    stack.reserve(scene.depth());
     let mut space = Record::EMPTY;
     let (mut word, mut end) = (0, stack.start(0));
     while word != DONE {
+        if Child::is_special(word) {
+            (word, end) = enter::<C>(scene, stack, word, end, search.limit());
+            continue;
+        }
         counter.visit_node();
         if Child::is_leaf(word) {
             let leaf = Leaf::new(word);
@@ -101,6 +111,28 @@ pub(super) fn walk_slowly<S: Search, C: Counter>(
             end += push_slowly(&crossing, &ray, search.limit(), record, nears, words);
         }
         (word, end) = stack.pop(end, search.limit());
+    }
+}
+
+/// The root of a piece instead of it. While another thread builds it, the ray goes on with the next entry; where steps are
+/// counted it waits, so that their order is always the same.
+#[inline(always)]
+fn enter<C: Counter>(scene: &Scene, stack: &mut Postponed, word: u32, end: u32, limit: f32) -> (u32, u32) {
+    match scene.enter(word) {
+        Some(root) => {
+            if scene.depth() > stack.depth() {
+                stack.deepen(scene.depth());
+            }
+            (root, end)
+        }
+        None => {
+            std::thread::yield_now();
+            if C::COUNTS {
+                return (word, end);
+            }
+            let end = stack.put_off(word, end);
+            stack.pop(end, limit)
+        }
     }
 }
 

@@ -38,6 +38,6 @@ impl BinaryTree for Tree {
     }
     #[inline(always)]
     fn references(&self) -> &[u32] {
-        self.references()
+        self.order.all().expect("a tree that was built at once")
     }
 }

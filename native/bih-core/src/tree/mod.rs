@@ -2,7 +2,9 @@
 
 mod binary;
 mod compact;
+mod hand_over;
 mod node;
+mod shared;
 mod stats;
 mod table;
 mod validate;
@@ -11,15 +13,18 @@ mod wide;
 
 pub use binary::BinaryTree;
 pub use compact::CompactRecord;
+pub(crate) use hand_over::{Claim, Found, Roots};
 pub use node::{Kind, Node};
+pub use shared::Shared;
 pub use stats::Stats;
 pub use table::{NodeRow, node_table};
 pub use validate::validate;
 pub use visitor::{Visit, Visitor};
 pub use wide::{Child, Orders, Record, Records, Target, WIDTH, Wide};
 
-use crate::build::{Heuristic, Precision, Structure};
-use crate::geometry::Bounds;
+use crate::build::{Build, Heuristic, OnDemand, Precision, Structure};
+use crate::control::{Cancelled, Control};
+use crate::geometry::{Bounds, Triangles};
 use crate::kd_tree::KdTree;
 
 /// Depth up to which a cell is halved; below it, ranges are split by object median.
@@ -28,40 +33,79 @@ pub const MAX_SPATIAL_DEPTH: u32 = 96;
 /// The deepest node there can be: 2^29 references are halved at most 29 times more.
 pub const MAX_DEPTH: u32 = MAX_SPATIAL_DEPTH + 29;
 
-/// A Bounding Interval Hierarchy, or one of its rivals, over triangles that it does not hold: every query is given the same view of them.
-#[derive(Debug, Clone)]
+/// A Bounding Interval Hierarchy, or one of its rivals, over triangles that it does not hold: every query is given the same
+/// view of them.
+#[derive(Debug)]
 pub struct Tree {
-    pub(crate) nodes: Vec<Node>,
+    pub(crate) nodes: Shared<Node>,
     /// Instead of the nodes.
     pub(crate) wide: Option<Wide>,
     /// Instead of both, with an order of its own.
     pub(crate) kd_tree: Option<KdTree>,
     /// Triangle rows in leaf order, then the rejected rows.
-    pub(crate) order: Vec<u32>,
-    pub(crate) rejected: usize,
+    pub(crate) order: Shared<u32>,
     pub(crate) bounds: Bounds,
     pub(crate) structure: Structure,
     pub(crate) precision: Precision,
     pub(crate) heuristic: Heuristic,
     pub(crate) leaf_size: usize,
+    pub(crate) build: Build,
     pub(crate) stats: Stats,
+    /// The pieces that are built when rays come to them; none where all was built at once.
+    pub(crate) on_demand: Option<OnDemand>,
 }
 
 impl Tree {
-    /// The nodes of the hierarchy's classic layout; the root is the first, children stand side by side. Otherwise empty.
+    /// The nodes of the classic layout that were built at once; the root is the first, children stand side by side. Empty
+    /// in the other layouts.
     pub fn nodes(&self) -> &[Node] {
-        &self.nodes
+        let top = self.on_demand.as_ref().map_or(usize::MAX, OnDemand::top);
+        self.nodes.slice(0..self.nodes.len().min(top))
     }
 
     /// Triangle rows in leaf order, then those that no ray can hit. A kd-tree may name a row several times.
-    pub fn order(&self) -> &[u32] {
-        self.kd_tree.as_ref().map_or(&self.order, KdTree::order)
+    pub fn order(&self) -> Vec<u32> {
+        match (&self.on_demand, &self.kd_tree) {
+            (Some(on_demand), _) => on_demand.order(self),
+            (None, Some(kd_tree)) => kd_tree.order().to_vec(),
+            (None, None) => self.order.slice(0..self.order.len()).to_vec(),
+        }
     }
 
     /// Triangle rows that leaves refer to, in leaf order.
-    pub fn references(&self) -> &[u32] {
-        let order = self.order();
-        &order[..order.len() - self.rejected]
+    pub fn references(&self) -> Vec<u32> {
+        let mut order = self.order();
+        order.truncate(order.len() - self.stats.rejected);
+        order
+    }
+
+    /// Build all that is not built yet, on all threads of the pool that the caller runs in.
+    pub fn build_all(&self, triangles: &Triangles, control: &Control) -> Result<(), Cancelled> {
+        self.on_demand.as_ref().map_or(Ok(()), |on_demand| on_demand.build_all(self, triangles, control))
+    }
+
+    /// The root of a piece; none while another thread builds it. Built here if nobody does.
+    #[inline(always)]
+    pub(crate) fn enter(&self, piece: usize, triangles: &Triangles) -> Option<u32> {
+        self.on_demand.as_ref()?.enter(self, piece, triangles)
+    }
+
+    /// How many records or nodes there are.
+    pub(crate) fn used(&self) -> usize {
+        match (&self.on_demand, &self.wide) {
+            (Some(on_demand), _) => on_demand.used(),
+            (None, Some(wide)) => wide.records.len(),
+            (None, None) => self.nodes.len(),
+        }
+    }
+
+    /// Depth of the deepest leaf that there is, in records.
+    #[inline(always)]
+    pub(crate) fn depth(&self) -> usize {
+        match &self.on_demand {
+            Some(on_demand) => on_demand.depth(),
+            None => self.wide.as_ref().map_or(0, |wide| wide.depth),
+        }
     }
 
     /// The records of the wide and compact layouts.
@@ -94,8 +138,16 @@ impl Tree {
         self.heuristic
     }
 
-    /// What the tree is and what it cost.
-    pub fn stats(&self) -> &Stats {
-        &self.stats
+    /// Whether all was to be built at once.
+    pub fn build(&self) -> Build {
+        self.build
+    }
+
+    /// What the tree is and what it cost, so far.
+    pub fn stats(&self) -> Stats {
+        match &self.on_demand {
+            Some(on_demand) => on_demand.stats(self),
+            None => self.stats.clone(),
+        }
     }
 }

@@ -3,14 +3,15 @@
 use bytemuck::{Pod, Zeroable};
 
 const LEAF: u32 = 0b11;
+const PIECE: u32 = 1 << 2 | LEAF;
 
 /// Twelve bytes, as Wächter and Keller 2006, section 3.1:
 ///
 /// | bits | inner node | leaf |
 /// | --- | --- | --- |
 /// | 0 – 1 | split axis, 0 x, 1 y, 2 z | 3 |
-/// | 2 – 31 | index of the left child; the right one is next to it | 0 |
-/// | 32 – 63 | upper clip plane of the left child | first reference |
+/// | 2 – 31 | index of the left child; the right one is next to it | 0; 1 for a piece that is built on demand |
+/// | 32 – 63 | upper clip plane of the left child | first reference; number of the piece |
 /// | 64 – 95 | lower clip plane of the right child | number of references |
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
@@ -55,6 +56,17 @@ impl Node {
         Self { index: LEAF, items: [first as u32, count as u32] }
     }
 
+    /// A piece that is built on demand: a leaf without references.
+    pub(crate) fn piece(number: usize) -> Self {
+        Self { index: PIECE, items: [number as u32, 0] }
+    }
+
+    /// The number of the piece that is built on demand in the place of this node; none for others.
+    #[inline(always)]
+    pub(crate) fn piece_number(&self) -> Option<usize> {
+        (self.index == PIECE).then_some(self.items[0] as usize)
+    }
+
     /// The same, its children so many nodes further on.
     pub(crate) fn moved(&self, offset: usize) -> Self {
         let is_leaf = self.index & LEAF == LEAF;
@@ -97,5 +109,7 @@ mod tests {
         }
         let kind = Kind::Leaf { first: 1 << 29, count: 1 << 29 };
         assert_eq!(Node::leaf(1 << 29, 1 << 29).kind(), kind);
+        assert_eq!(Node::leaf(1 << 29, 1 << 29).piece_number(), None);
+        assert_eq!(Node::piece(1 << 28).moved(9).piece_number(), Some(1 << 28));
     }
 }

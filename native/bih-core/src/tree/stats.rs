@@ -11,6 +11,8 @@ pub struct Stats {
     pub leaves: usize,
     /// Triangles of all leaves; a kd-tree counts one as often as it refers to it.
     pub references: usize,
+    /// Nodes that are not yet subdivided: pieces that no ray has come to.
+    pub unbuilt: usize,
     /// Depth of the deepest node; the root has 0.
     pub depth: usize,
     /// Nodes and references.
@@ -19,7 +21,7 @@ pub struct Stats {
     pub bound_bytes: usize,
     /// Memory at the peak of the build, the tree included and the caller's mesh not.
     pub peak_build_bytes: usize,
-    /// Wall-clock time of the build.
+    /// Wall-clock time of the build; on demand so far, of all threads together.
     pub build_seconds: f64,
     /// Whether the bucket sort came first.
     pub presorted: bool,

@@ -34,7 +34,8 @@ pub struct NodeRow {
 
 /// Rows of the binary tree's nodes down to `max_depth`, at most `limit` of them, breadth first.
 ///
-/// Wide records do not hold the splits that they collapsed: these are found again by the same construction.
+/// Wide records do not hold the splits that they collapsed, and of a tree that is built on demand not all are there: these
+/// are found again by the same construction. What is below an unbuilt node is left out.
 pub fn node_table(
     tree: &Tree,
     triangles: &Triangles,
@@ -46,7 +47,7 @@ pub fn node_table(
         return Ok(Visitor::new(kd_tree, max_depth).take(limit).map(row).collect());
     }
     let built;
-    let binary = if tree.wide.is_none() {
+    let binary = if tree.wide.is_none() && tree.on_demand.is_none() {
         tree
     } else {
         let options = BuildOptions {
@@ -59,6 +60,10 @@ pub fn node_table(
         built = build_in_frame(triangles, &options, control)?;
         &built
     };
+    if let Some(on_demand) = &tree.on_demand {
+        let visitor = binary.visit(max_depth).ending_at(on_demand.unbuilt());
+        return Ok(with_unbuilt(visitor, limit));
+    }
     let visits = binary.visit(max_depth).take(limit);
     if tree.structure == Structure::Bvh {
         let boxes = boxes(binary, triangles);
@@ -67,14 +72,26 @@ pub fn node_table(
     Ok(visits.map(row).collect())
 }
 
+/// The nodes that a visitor ends at are not yet subdivided.
+fn with_unbuilt(mut visitor: Visitor, limit: usize) -> Vec<NodeRow> {
+    let mut rows = Vec::new();
+    while rows.len() < limit
+        && let Some(visit) = visitor.next()
+    {
+        let unbuilt = NodeRow { kind: 2, axis: -1, clip: [f32::NAN; 2], ..row(visit) };
+        rows.push(if visitor.ends_at(&visit) { unbuilt } else { row(visit) });
+    }
+    rows
+}
+
 /// The box of what lies below each node.
 fn boxes(tree: &Tree, triangles: &Triangles) -> Vec<Bounds> {
-    let mut boxes = vec![Bounds::EMPTY; tree.nodes.len()];
-    for (node, record) in tree.nodes.iter().enumerate().rev() {
+    let mut boxes = vec![Bounds::EMPTY; tree.nodes().len()];
+    for (node, record) in tree.nodes().iter().enumerate().rev() {
         boxes[node] = match record.kind() {
             Kind::Inner { left, .. } => boxes[left].union(&boxes[left + 1]),
             Kind::Leaf { first, count } => {
-                let rows = tree.order[first..first + count].iter();
+                let rows = tree.order.slice(first..first + count).iter();
                 rows.map(|&row| Bounds::of_triangle(&triangles.corners(row)))
                     .fold(Bounds::EMPTY, |all, bounds| all.union(&bounds))
             }

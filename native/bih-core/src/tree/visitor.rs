@@ -1,6 +1,6 @@
 //! Walking over a tree from outside, level by level.
 
-use std::collections::VecDeque;
+use std::collections::{HashMap, VecDeque};
 
 use super::{BinaryTree, Kind, Tree};
 use crate::geometry::Bounds;
@@ -29,12 +29,14 @@ pub struct Visit {
 pub struct Visitor<'a, T = Tree> {
     tree: &'a T,
     max_depth: u32,
+    /// Ranges of references below which nothing is shown: their first ones, and how many.
+    ends: HashMap<usize, usize>,
     visited: usize,
     queue: VecDeque<(usize, Option<usize>, u32, Bounds)>,
 }
 
 impl Tree {
-    /// Visit the nodes breadth first, the left child before the right one.
+    /// Visit the nodes of a tree that was built at once, breadth first, the left child before the right one.
     pub fn visit(&self, max_depth: u32) -> Visitor<'_> {
         Visitor::new(self, max_depth)
     }
@@ -44,7 +46,17 @@ impl<'a, T: BinaryTree> Visitor<'a, T> {
     /// Of the nodes at most so deep.
     pub fn new(tree: &'a T, max_depth: u32) -> Self {
         let root = (!tree.is_empty()).then_some((0, None, 0, *tree.bounds()));
-        Self { tree, max_depth, visited: 0, queue: root.into_iter().collect() }
+        Self { tree, max_depth, ends: HashMap::new(), visited: 0, queue: root.into_iter().collect() }
+    }
+
+    /// The same without what is below the nodes of some ranges of references: their first ones, and how many.
+    pub fn ending_at(self, ends: impl IntoIterator<Item = (usize, usize)>) -> Self {
+        Self { ends: ends.into_iter().collect(), ..self }
+    }
+
+    /// Whether nothing is shown below a node, though there is.
+    pub fn ends_at(&self, visit: &Visit) -> bool {
+        self.ends.get(&visit.first) == Some(&visit.count)
     }
 
     /// The outermost leaf below `node`: its first and last reference on that side.
@@ -66,8 +78,12 @@ impl<T: BinaryTree> Iterator for Visitor<'_, T> {
         let kind = self.tree.kind(node);
         let row = self.visited;
         self.visited += 1;
+        let (first, _) = self.outermost_leaf(node, 0);
+        let (_, end) = self.outermost_leaf(node, 1);
+        let visit = Visit { node, parent, depth, bounds, kind, first, count: end - first };
         if let Kind::Inner { axis, left, clip } = kind
             && depth < self.max_depth
+            && !self.ends_at(&visit)
         {
             let [mut lower_part, mut upper_part] = [bounds; 2];
             lower_part.upper[axis] = clip[0];
@@ -75,8 +91,6 @@ impl<T: BinaryTree> Iterator for Visitor<'_, T> {
             self.queue.push_back((left, Some(row), depth + 1, lower_part));
             self.queue.push_back((left + 1, Some(row), depth + 1, upper_part));
         }
-        let (first, _) = self.outermost_leaf(node, 0);
-        let (_, end) = self.outermost_leaf(node, 1);
-        Some(Visit { node, parent, depth, bounds, kind, first, count: end - first })
+        Some(visit)
     }
 }

@@ -3,7 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 
-use super::CompactRecord;
+use super::{CompactRecord, Shared};
 use crate::geometry::{Bounds, Corners};
 use crate::simd::Lanes;
 
@@ -11,6 +11,7 @@ use crate::simd::Lanes;
 pub const WIDTH: usize = 8;
 
 const LEAF: u32 = 1 << 31;
+const SPECIAL: u32 = 1 << 30;
 const COUNT_SHIFT: u32 = 28;
 const INDEX_MASK: u32 = (1 << COUNT_SHIFT) - 1;
 
@@ -49,8 +50,8 @@ impl Orders {
     }
 }
 
-/// Bit 31: a leaf. Then bits 28 – 30 hold its count less one, the rest its first reference. Otherwise the index of a
-/// record.
+/// Bit 31: a leaf. Then bits 28 – 30 hold its count less one, the rest its first reference. Otherwise bit 30: the rest is
+/// the number of a piece that is built on demand. Otherwise the index of a record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Pod, Zeroable)]
 #[repr(transparent)]
 pub struct Child(u32);
@@ -67,6 +68,8 @@ pub enum Target {
         /// How many there are, 1 to 8.
         count: usize,
     },
+    /// A piece that is built on demand, and its number.
+    Piece(usize),
 }
 
 impl Child {
@@ -79,8 +82,20 @@ impl Child {
         Self(LEAF | (count as u32 - 1) << COUNT_SHIFT | first as u32)
     }
 
-    /// A word that is neither a leaf nor a record there can be.
+    /// A piece that is built on demand.
+    pub(crate) fn piece(number: usize) -> Self {
+        debug_assert!(number <= INDEX_MASK as usize);
+        Self(SPECIAL | number as u32)
+    }
+
+    /// A word that is neither a leaf nor a record nor a piece there can be.
     pub const NONE: u32 = (LEAF - 1) ^ INDEX_MASK;
+
+    /// Whether the word is that of a piece, or none; one that is no leaf's.
+    #[inline(always)]
+    pub fn is_special(word: u32) -> bool {
+        word & SPECIAL != 0
+    }
 
     /// Whether the word stands for a leaf.
     #[inline(always)]
@@ -94,7 +109,7 @@ impl Child {
         (word & INDEX_MASK) as usize
     }
 
-    /// A word of a record.
+    /// As a record holds it.
     #[inline(always)]
     pub fn from_word(word: u32) -> Self {
         Self(word)
@@ -104,11 +119,18 @@ impl Child {
     #[inline(always)]
     pub fn target(self) -> Target {
         let index = (self.0 & INDEX_MASK) as usize;
-        if self.0 & LEAF == 0 {
-            Target::Record(self.0 as usize)
-        } else {
+        if self.0 & LEAF != 0 {
             Target::Leaf { first: index, count: (self.0 >> COUNT_SHIFT & 7) as usize + 1 }
+        } else if Self::is_special(self.0) {
+            Target::Piece(index)
+        } else {
+            Target::Record(self.0 as usize)
         }
+    }
+
+    /// The word.
+    pub(crate) fn word(self) -> u32 {
+        self.0
     }
 }
 
@@ -185,26 +207,21 @@ impl Record {
 }
 
 /// Records in one of two forms.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, PartialEq)]
 pub enum Records {
     /// As they are traced.
-    Full(Vec<Record>),
+    Full(Shared<Record>),
     /// With quantised boxes, unpacked where they are traced.
-    Compact(Vec<CompactRecord>),
+    Compact(Shared<CompactRecord>),
 }
 
 impl Records {
-    /// The same with quantised boxes.
-    pub fn compacted(self) -> Self {
-        match self {
-            Self::Full(records) => {
-                Self::Compact(records.par_iter().with_min_len(1024).map(CompactRecord::new).collect())
-            }
-            Self::Compact(_) => self,
-        }
+    /// With quantised boxes, those of full ones.
+    pub(crate) fn compacted(records: &[Record]) -> Vec<CompactRecord> {
+        records.par_iter().with_min_len(1024).map(CompactRecord::new).collect()
     }
 
-    /// How many there are.
+    /// How many there is room for.
     pub fn len(&self) -> usize {
         match self {
             Self::Full(records) => records.len(),
@@ -212,16 +229,17 @@ impl Records {
         }
     }
 
-    /// Whether there is none.
+    /// Whether there is room for none.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Bytes that they take.
-    pub fn bytes(&self) -> usize {
+    /// Bytes that one takes.
+    #[inline(always)]
+    pub fn stride(&self) -> usize {
         match self {
-            Self::Full(records) => size_of_val(&records[..]),
-            Self::Compact(records) => size_of_val(&records[..]),
+            Self::Full(_) => Record::BYTES,
+            Self::Compact(_) => CompactRecord::BYTES,
         }
     }
 
@@ -232,33 +250,33 @@ impl Records {
 
     /// The record at `index`; `space` is where it may be unpacked.
     #[inline(always)]
-    pub fn get<'a, L: Lanes>(&'a self, index: usize, space: &'a mut Record) -> &'a Record {
+    pub(crate) fn get<'a, L: Lanes>(&'a self, index: usize, space: &'a mut Record) -> &'a Record {
         match self {
-            Self::Full(records) => &records[index],
-            Self::Compact(records) => records[index].unpacked::<L>(space),
+            Self::Full(records) => records.get(index),
+            Self::Compact(records) => records.get(index).unpacked::<L>(space),
         }
     }
 
-    /// All of them as numbers, and how many numbers one is.
+    /// Where they are.
     #[inline(always)]
-    pub fn numbers(&self) -> (&[f32], usize) {
+    pub(crate) fn start(&self) -> *const u8 {
         match self {
-            Self::Full(records) => (bytemuck::cast_slice(records), Record::BYTES / size_of::<f32>()),
-            Self::Compact(records) => (bytemuck::cast_slice(records), CompactRecord::BYTES / size_of::<f32>()),
+            Self::Full(records) => records.start().cast(),
+            Self::Compact(records) => records.start().cast(),
         }
     }
 }
 
 /// Records, the root first, and the triangles of the leaves in the order of the references.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, PartialEq)]
 pub struct Wide {
     /// All records; children stand behind their parents.
     pub records: Records,
     /// Nine rows a leaf: x, y, z of the first vertex of each of its triangles, then of the second and third. `WIDTH`
     /// numbers more follow the last, so that whole vectors can be read. Empty for double precision, and for compact
     /// records.
-    pub rows: Vec<f32>,
-    /// Depth of the deepest leaf in records.
+    pub rows: Shared<f32>,
+    /// Depth of the deepest leaf in records; on demand of the deepest piece.
     pub depth: usize,
 }
 
@@ -268,15 +286,18 @@ impl Wide {
 }
 
 impl Wide {
-    /// Bytes that the records and rows take.
+    /// Bytes that the records and rows have room in.
     pub fn bytes(&self) -> usize {
-        self.records.bytes() + self.rows.len() * size_of::<f32>()
+        self.records.len() * self.records.stride() + self.rows.len() * size_of::<f32>()
     }
 
     /// The corners of the triangle in a lane of a leaf; none for double precision.
     #[inline(always)]
     pub fn corners(&self, first: usize, count: usize, lane: usize) -> Option<Corners> {
-        let rows = self.rows.get(9 * first..9 * (first + count))?;
+        if self.rows.is_empty() {
+            return None;
+        }
+        let rows = self.rows.slice(9 * first..9 * (first + count));
         let at = |row: usize| f64::from(rows[row * count + lane]);
         Some([[at(0), at(1), at(2)], [at(3), at(4), at(5)], [at(6), at(7), at(8)]])
     }
@@ -288,9 +309,13 @@ mod tests {
 
     #[test]
     fn every_child_survives_packing_up_to_the_limits() {
-        for index in [0, 1, INDEX_MASK as usize, (1 << 31) - 1] {
+        for index in [0, 1, INDEX_MASK as usize] {
             assert_eq!(Child::record(index).target(), Target::Record(index));
+            assert_eq!(Child::piece(index).target(), Target::Piece(index));
+            assert!(Child::is_special(Child::piece(index).word()) && !Child::is_special(Child::record(index).word()));
+            assert_ne!(Child::piece(index).word(), Child::NONE);
         }
+        assert!(Child::is_special(Child::NONE));
         for count in 1..=WIDTH {
             let first = Wide::LIMIT - count;
             assert_eq!(Child::leaf(first, count).target(), Target::Leaf { first, count });

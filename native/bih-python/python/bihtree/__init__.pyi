@@ -112,7 +112,7 @@ class Stats:
 
     @property
     def unbuilt(self) -> int:
-        """Nodes not yet subdivided: none, this version builds eagerly."""
+        """Nodes not yet subdivided; on demand only."""
 
     @property
     def depth(self) -> int:
@@ -136,7 +136,8 @@ class Stats:
         """Tree and working memory at the peak of the build; the mesh is not counted."""
 
     @property
-    def build_seconds(self) -> float: ...
+    def build_seconds(self) -> float:
+        """All of the construction; on demand so far, of all threads together."""
     @property
     def presorted(self) -> bool:
         """Whether the bucket sort came first."""
@@ -164,7 +165,7 @@ class Tree:
         *,
         structure: Literal["bih", "kd_tree", "bvh"] = "bih",
         layout: Literal["wide", "compact", "classic"] | None = None,
-        build: Literal["eager"] = "eager",
+        build: Literal["eager", "on_demand"] = "eager",
         heuristic: Literal["global", "local", "sah"] | None = None,
         presort: bool | None = None,
         precision: Literal["watertight", "fast"] = "watertight",
@@ -193,7 +194,9 @@ class Tree:
         presort: the bucket sort before the global heuristic, which changes no bit of the tree; None: where it pays.
         precision: "watertight" decides every hit exactly; "fast" is single precision throughout, for previews: rays may
             slip through edges, and docs/accuracy.md says what else may happen.
-        build: what this version has.
+        build: "eager" builds all of the tree now; "on_demand", of "bih" alone, lays down its upper nodes, and rays build
+            what they come to: for views that need a part of a large mesh (docs/decisions/on-demand.md). Every answer is
+            the same.
         leaf_size: most triangles of a leaf; None: 4, or 8 of wide records, which hold no more.
         threads: of construction and queries; 0: all cores this process may use.
         copy: False: borrow the arrays, which become read-only; one that has to be converted is copied all the same.
@@ -226,7 +229,8 @@ class Tree:
     def nodes(self, *, max_depth: int | None = None, limit: int | None = None) -> NDArray[np.void]:
         """The tree as a structured array, one row a node, breadth first, the left child before the right one.
 
-        Fields: parent i4 (-1 for the root), depth i4, kind u1 (0 inner, 1 leaf), axis i1 (-1 where not inner), clip
+        Fields: parent i4 (-1 for the root), depth i4, kind u1 (0 inner, 1 leaf, 2 not yet subdivided), axis i1 (-1 where not
+        inner), clip
         f4[2] (the left child's upper plane, the right child's lower plane; NaN where not inner), lower f4[3], upper
         f4[3] (the box that the clip planes on the way down cut from the bounds), first i8, count i8 (the node's range
         in order()). Both planes of a kd_tree's node are the same one. Nodes of a bvh have no axis (-1) and no planes
@@ -235,6 +239,9 @@ class Tree:
     def order(self) -> NDArray[np.int32]:
         """(T,) the caller's rows in leaf order, then the rejected ones; a permutation. A kd_tree's is longer where it
         refers to rows several times."""
+
+    def build_all(self) -> None:
+        """Build all that no ray has come to yet; nothing where all was built at once."""
 
     def validate(self) -> None:
         """Check every rule that a tree keeps; raises BihError naming the first broken node."""

@@ -9,7 +9,7 @@ use super::walk::{Query, Triangles};
 use super::{GROUPS, bits};
 use crate::simd::{Lanes, Mask};
 use crate::traverse::Hit;
-use crate::tree::WIDTH;
+use crate::tree::{Shared, WIDTH};
 
 /// One number of each ray, group by group.
 type Column = [[f32; WIDTH]; GROUPS];
@@ -22,7 +22,7 @@ pub(super) struct FastClosest<'a, L> {
     rows: &'a Rows,
     groups: &'a [Group<L>; GROUPS],
     /// Rows of triangles in leaf order.
-    order: &'a [u32],
+    order: &'a Shared<u32>,
     t: Column,
     u: Column,
     v: Column,
@@ -33,7 +33,7 @@ pub(super) struct FastClosest<'a, L> {
 
 impl<'a, L: Lanes> FastClosest<'a, L> {
     #[inline(always)]
-    pub fn new(rows: &'a Rows, groups: &'a [Group<L>; GROUPS], order: &'a [u32]) -> Self {
+    pub fn new(rows: &'a Rows, groups: &'a [Group<L>; GROUPS], order: &'a Shared<u32>) -> Self {
         let none = [[f32::from_bits(NO_PLACE); WIDTH]; GROUPS];
         let one = [[1.0; WIDTH]; GROUPS];
         Self { rows, groups, order, t: one, u: one, v: one, size: one, place: none }
@@ -42,7 +42,7 @@ impl<'a, L: Lanes> FastClosest<'a, L> {
     /// The row of a triangle; that of none is above all.
     #[inline(always)]
     fn row(&self, place: f32) -> u32 {
-        self.order.get(place.to_bits() as usize).copied().unwrap_or(u32::MAX)
+        self.order.try_get(place.to_bits() as usize).copied().unwrap_or(u32::MAX)
     }
 
     /// Of rays that meet a triangle at the distance of the nearest so far, those for which it has the lower row.
@@ -131,7 +131,7 @@ impl<'a, L: Lanes> FastClosest<'a, L> {
             let u = L::load(&self.u[group]).over(size).store();
             let v = L::load(&self.v[group]).over(size).store();
             for lane in bits((active >> (WIDTH * group)) as u8) {
-                let triangle = self.order.get(self.place[group][lane].to_bits() as usize).copied();
+                let triangle = self.order.try_get(self.place[group][lane].to_bits() as usize).copied();
                 let [t, u, v] = [self.t[group][lane], u[lane], v[lane]].map(f64::from);
                 answer(WIDTH * group + lane, triangle.map(|triangle| Hit { t, triangle, u, v }));
             }

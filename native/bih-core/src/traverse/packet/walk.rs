@@ -7,7 +7,7 @@ use super::triangles::{LeafTriangles, Stored};
 use super::{GROUPS, bits};
 use crate::simd::{Lanes, Mask};
 use crate::traverse::scene::{self, ROWS, Scene};
-use crate::tree::{MAX_DEPTH, Record, Target, WIDTH};
+use crate::tree::{Child, MAX_DEPTH, Record, Target, WIDTH};
 
 /// Children of a record that survive the whole packet's test are tested against its groups if there are as many.
 const CONFIRM: usize = 2;
@@ -98,7 +98,19 @@ pub(super) fn walk<L: Lanes, Q: Query<L>>(
             }
             let (parent, lane) = (entry.place as usize / WIDTH, entry.place as usize % WIDTH);
             let parent = scene.record::<L>(parent as u32, &mut parents);
-            match parent.child(lane).target() {
+            let target = match parent.child(lane).target() {
+                Target::Piece(number) => match scene.enter(number as u32) {
+                    Some(root) => Child::from_word(root).target(),
+                    None => {
+                        put_off(&mut stack[..=top]);
+                        top += 1;
+                        continue;
+                    }
+                },
+                target => target,
+            };
+            match target {
+                Target::Piece(_) => unreachable!("a piece has none for its root"),
                 Target::Record(child) => {
                     index = child;
                     live = entry.groups;
@@ -112,6 +124,16 @@ pub(super) fn walk<L: Lanes, Q: Query<L>>(
                 }
             }
         }
+    }
+}
+
+/// The last entry waits for another thread: put it behind the next one, if there is one.
+#[cold]
+#[inline(never)]
+fn put_off(stack: &mut [Entry]) {
+    std::thread::yield_now();
+    if let [.., next, last] = stack {
+        std::mem::swap(next, last);
     }
 }
 

@@ -182,7 +182,7 @@ impl<L: Lanes> Query<L> for Closest<'_, L> {
             let limit = L::load(&bundle.limits[group]);
             let candidates = self.filter.candidates(triangles, lane, group, rays, limit);
             for ray in bits(candidates) {
-                let row = self.filter.tree.order[triangles.leaf.first + lane];
+                let row = *self.filter.tree.order.get(triangles.leaf.first + lane);
                 let nearest = self.nearest(WIDTH * group + ray);
                 nearest.offer(row, corners(&triangles.leaf, lane));
                 let limit = single(nearest.limit());

@@ -1,0 +1,156 @@
+//! Arrays that builders fill part by part while rays read other parts.
+
+#![expect(unsafe_code, reason = "the on-demand hand-over: parts of one array are read and written at the same time")]
+
+use std::marker::PhantomData;
+use std::ops::Range;
+use std::ptr::NonNull;
+
+use bytemuck::Pod;
+
+use super::hand_over::Claim;
+
+/// An array whose parts are handed over: at any moment a part is either written by the one who holds the claim on the
+/// piece that it belongs to, or read by whoever knows that the piece is built, or of no piece and never written.
+///
+/// Who knows it has acquired the root of the piece, which the builder released behind its last write (`Roots`). Indices
+/// come from there, and from the records and nodes that hang below: nothing else names a place of a piece.
+pub struct Shared<T> {
+    /// Of `len` items, all of them initialised. Parts are borrowed from the pointer, never from a box.
+    start: NonNull<T>,
+    len: usize,
+    storage: Storage,
+    items: PhantomData<T>,
+}
+
+/// What is given back to the allocator.
+enum Storage {
+    /// The items, all of which were there from the start. They may have been the last.
+    Items { are_last: bool },
+    /// The lines among which they are.
+    Growing(NonNull<[Line]>),
+}
+
+/// As far as an allocator aligns by itself: then it has zeroed memory at hand, and need not write it.
+type Line = u128;
+
+// SAFETY: the items belong to the array, like those of a box.
+unsafe impl<T: Send> Send for Shared<T> {}
+
+// SAFETY: a place is read by many threads, which T: Sync allows, or written by one, which T: Send allows, never both at
+// once: see above.
+unsafe impl<T: Send + Sync> Sync for Shared<T> {}
+
+impl<T> Drop for Shared<T> {
+    fn drop(&mut self) {
+        match self.storage {
+            // SAFETY: the pointer is that of the box that `of` took apart, and nobody borrows the array any more.
+            Storage::Items { .. } => {
+                drop(unsafe { Box::from_raw(NonNull::slice_from_raw_parts(self.start, self.len).as_ptr()) })
+            }
+            // SAFETY: the same of `growing`; items are plain numbers, which are not dropped.
+            Storage::Growing(lines) => drop(unsafe { Box::from_raw(lines.as_ptr()) }),
+        }
+    }
+}
+
+impl<T: Pod> Shared<T> {
+    /// An array that is never written again.
+    pub(crate) fn whole(values: Vec<T>) -> Self {
+        Self::of(values, true)
+    }
+
+    /// An array with items that are still to be written again.
+    pub(crate) fn partly(values: Vec<T>) -> Self {
+        Self::of(values, false)
+    }
+
+    fn of(values: Vec<T>, are_last: bool) -> Self {
+        let values = NonNull::from(Box::leak(values.into_boxed_slice()));
+        Self { start: values.cast(), len: values.len(), storage: Storage::Items { are_last }, items: PhantomData }
+    }
+
+    /// An array of these items and of zeroed ones that are still to be written. They take no memory until they are.
+    pub(crate) fn growing(values: &[T], len: usize) -> Self {
+        const { assert!(size_of::<T>() > 0) };
+        let bytes = size_of::<T>() * len.max(values.len()) + align_of::<T>();
+        let lines = NonNull::from(Box::leak(bytemuck::zeroed_slice_box::<Line>(bytes.div_ceil(size_of::<Line>()))));
+        let first = lines.cast::<T>();
+        let offset = first.as_ptr().cast::<u8>().align_offset(align_of::<T>());
+        // SAFETY: the lines have room for all items and for as many bytes as the first is moved by to be aligned, less
+        // than `align_of`. All of them are zeroed, as T: Pod may be. Nobody else knows of them yet.
+        let start = unsafe {
+            let start = first.byte_add(offset);
+            start.copy_from_nonoverlapping(NonNull::from(values).cast(), values.len());
+            start
+        };
+        Self { start, len: len.max(values.len()), storage: Storage::Growing(lines), items: PhantomData }
+    }
+
+    /// How many items there is room for.
+    #[inline(always)]
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Whether there is room for none.
+    #[inline(always)]
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// An item of a part that is built.
+    #[inline(always)]
+    pub(crate) fn get(&self, index: usize) -> &T {
+        assert!(index < self.len);
+        // SAFETY: it is within the array; who names the index knows that its part is built, so that nobody writes it.
+        unsafe { self.start.add(index).as_ref() }
+    }
+
+    /// The same; none beyond the end.
+    #[inline(always)]
+    pub(crate) fn try_get(&self, index: usize) -> Option<&T> {
+        (index < self.len).then(|| self.get(index))
+    }
+
+    /// Items of a part that is built.
+    #[inline(always)]
+    pub(crate) fn slice(&self, range: Range<usize>) -> &[T] {
+        assert!(range.start <= range.end && range.end <= self.len);
+        // SAFETY: they are within the array; who names the range knows that its part is built, so that nobody writes it.
+        unsafe { NonNull::slice_from_raw_parts(self.start.add(range.start), range.len()).as_ref() }
+    }
+
+    /// A part of the piece that the claim is on, and of no other.
+    #[expect(clippy::mut_from_ref, reason = "the claim is what is borrowed mutably")]
+    pub(crate) fn write<'a>(&'a self, _claim: &'a mut Claim, range: Range<usize>) -> &'a mut [T] {
+        assert!(range.start <= range.end && range.end <= self.len);
+        // SAFETY: it is within the array. There is one claim on a piece at a time, and while there is one nobody else reads
+        // the piece; the claim is borrowed as long as the part is, so that no part is given out twice.
+        unsafe { NonNull::slice_from_raw_parts(self.start.add(range.start), range.len()).as_mut() }
+    }
+
+    /// Where the items are, for who asks for memory ahead and reads nothing.
+    #[inline(always)]
+    pub(crate) fn start(&self) -> *const T {
+        self.start.as_ptr()
+    }
+
+    /// All items; none where some are still to be written.
+    pub fn all(&self) -> Option<&[T]> {
+        matches!(self.storage, Storage::Items { are_last: true }).then(|| self.slice(0..self.len))
+    }
+}
+
+impl<T> std::fmt::Debug for Shared<T> {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(formatter, "{} items", self.len)
+    }
+}
+
+/// Arrays that are still written are equal to none.
+impl<T: Pod + PartialEq> PartialEq for Shared<T> {
+    fn eq(&self, other: &Self) -> bool {
+        self.all().zip(other.all()).is_some_and(|(mine, others)| mine == others)
+    }
+}
