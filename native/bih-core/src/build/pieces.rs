@@ -28,7 +28,7 @@ pub struct Pieces {
 #[derive(Debug)]
 pub enum Ranges {
     /// Of keys. The grid is the scene's; of others the boxes are kept.
-    Global { ranges: Vec<Range<Coding>>, grid: Grid, others: Vec<[[f64; 3]; 2]>, row_bits: u32 },
+    Global { ranges: Vec<Range<Coding>>, grid: Box<Grid>, others: Vec<[[f64; 3]; 2]>, row_bits: u32 },
     /// Of references.
     Local(Vec<Range<()>>),
     /// Of references.

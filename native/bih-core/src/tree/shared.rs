@@ -122,7 +122,6 @@ impl<T: Pod> Shared<T> {
     }
 
     /// A part of the piece that the claim is on, and of no other.
-    #[expect(clippy::mut_from_ref, reason = "the claim is what is borrowed mutably")]
     pub(crate) fn write<'a>(&'a self, _claim: &'a mut Claim, range: Range<usize>) -> &'a mut [T] {
         assert!(range.start <= range.end && range.end <= self.len);
         // SAFETY: it is within the array. There is one claim on a piece at a time, and while there is one nobody else reads

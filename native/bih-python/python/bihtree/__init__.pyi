@@ -232,8 +232,8 @@ class Tree:
         Fields: parent i4 (-1 for the root), depth i4, kind u1 (0 inner, 1 leaf, 2 not yet subdivided), axis i1
         (-1 where not inner), clip f4[2] (the left child's upper plane, the right child's lower plane; NaN where not
         inner), lower f4[3], upper f4[3] (the box that the clip planes on the way down cut from the bounds), first i8,
-        count i8 (the node's range in order()). Both planes of a kd_tree's node are the same one. Nodes of a bvh have no axis (-1) and no planes
-        (NaN), and the boxes of what lies below them."""
+        count i8 (the node's range in order()). Both planes of a kd_tree's node are the same one. Nodes of a
+        bvh have no axis (-1) and no planes (NaN), and the boxes of what lies below them."""
 
     def order(self) -> NDArray[np.int32]:
         """(T,) the caller's rows in leaf order, then the rejected ones; a permutation. A kd_tree's is longer where it
