@@ -83,10 +83,10 @@ def test_names_and_counts(variant):
 
 
 def test_the_bucket_sort_is_left_out_of_small_meshes_and_says_so():
-    small, large = (Tree(*mesh).stats for mesh in (meshes.terrain(64), meshes.terrain(65)))
-    assert (small.triangles, small.presorted) == (8192, False)
-    assert small.left_out["presort"] == "8192 triangles or fewer"
-    assert (large.triangles, large.presorted) == (8450, True) and "presort" not in large.left_out
+    small, large = (Tree(*mesh).stats for mesh in (meshes.terrain(181), meshes.terrain(182)))
+    assert (small.triangles, small.presorted) == (65_522, False)
+    assert small.left_out["presort"] == "65536 triangles or fewer"
+    assert (large.triangles, large.presorted) == (66_248, True) and "presort" not in large.left_out
 
 
 def test_halvings_that_have_all_triangles_on_one_side_are_counted():

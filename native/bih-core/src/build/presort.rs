@@ -17,8 +17,8 @@ const BUCKETS: usize = 1 << BITS;
 /// The bits of a key by which it sorts.
 pub const SORTED: u64 = !0 << (u64::BITS - BITS);
 
-/// Meshes of at most this many triangles go without.
-pub const WORTHWHILE: usize = 8192;
+/// Meshes of at most this many triangles go without: docs/decisions/needs.md.
+pub const WORTHWHILE: usize = 65_536;
 
 /// Rows that are sorted by themselves.
 const CHUNK: usize = 1 << 16;

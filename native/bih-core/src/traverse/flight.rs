@@ -76,8 +76,7 @@ impl Queues {
     /// Which of them is not predictable: no branch.
     #[inline(always)]
     fn add(&mut self, ray: usize, word: u32) {
-        let is_leaf = Child::is_leaf(word);
-        let is_special = !is_leaf && Child::is_special(word);
+        let (is_leaf, is_special) = (Child::is_leaf(word), Child::is_special(word));
         self.records.add_if(!is_leaf && !is_special, ray);
         self.leaves.add_if(is_leaf, ray);
         self.special.add_if(is_special, ray);

@@ -91,10 +91,10 @@ impl Child {
     /// A word that is neither a leaf nor a record nor a piece there can be.
     pub const NONE: u32 = (LEAF - 1) ^ INDEX_MASK;
 
-    /// Whether the word is that of a piece, or none; one that is no leaf's.
+    /// Whether the word is that of a piece, or none.
     #[inline(always)]
     pub fn is_special(word: u32) -> bool {
-        word & SPECIAL != 0
+        word & (LEAF | SPECIAL) == SPECIAL
     }
 
     /// Whether the word stands for a leaf.
@@ -319,6 +319,7 @@ mod tests {
         for count in 1..=WIDTH {
             let first = Wide::LIMIT - count;
             assert_eq!(Child::leaf(first, count).target(), Target::Leaf { first, count });
+            assert!(!Child::is_special(Child::leaf(first, count).word()));
         }
     }
 }
