@@ -38,11 +38,12 @@ def _version(name: str) -> str:
 def facts() -> dict[str, str]:
     """What to print, by what it is."""
     rustc = subprocess.run(["rustc", "--version"], capture_output=True, text=True, check=False).stdout.strip()
+    kernel = platform.release().partition("-")[0]
     packages = ("bihtree", "embreex", "bpy", "numpy")
     return {
         "processor": f"{_processor()}, {len(os.sched_getaffinity(0))} of {os.cpu_count()} logical cores",
         "memory": _memory(),
-        "system": f"{platform.system()} {platform.release()}, {platform.libc_ver()[0]} {platform.libc_ver()[1]}",
-        "Rust": f"{rustc}; release, fat link-time optimisation, target-cpu left at its default",
+        "system": f"{platform.system()} {kernel}, {platform.libc_ver()[0]} {platform.libc_ver()[1]}",
+        "Rust": f"{rustc}; release, one codegen unit, no link-time optimisation, target-cpu left at its default",
         "Python": f"{platform.python_version()}; {', '.join(f'{name} {_version(name)}' for name in packages)}",
     }

@@ -63,9 +63,9 @@ def of_the_bars() -> Iterator[Job]:
     """Every scene that the bars name: building, tracing, pictures, and the peers from Python."""
     for scene in SCENES:
         for threads in (2, 1):
-            yield Job("build", scene, threads, "build", sides.BUILDS)
+            yield Job("build", scene, threads, "build", sides.BUILDS, rounds=7, seconds=15)
         for kind in KINDS:
-            yield Job("trace", scene, 2, "trace", sides.traces(kind), (kind,), 5, 6)
+            yield Job("trace", scene, 2, "trace", sides.traces(kind), (kind,), 5, 16)
         for kind in KINDS[:4]:
             yield Job("trace", scene, 1, "trace", sides.traces_alone(kind), (kind,), 3, 4)
         yield Job("image", scene, 2, "image", sides.IMAGES, samples=(1, 4, 16), seconds=8)

@@ -16,15 +16,17 @@ pub struct Rounds {
 pub struct Clock(Vec<f64>);
 
 impl Rounds {
-    /// Let each of `sides` be timed once a round, after a round that warms up and is not counted.
+    /// Let each of `sides` be timed once a round, after a round that warms up and is not counted; every other round
+    /// backwards, so that no side always follows the same one.
     pub fn run(self, sides: usize, mut time: impl FnMut(usize) -> f64) -> Vec<Clock> {
         let mut clocks = vec![Clock::default(); sides];
         let start = Instant::now();
         for round in 0..=self.count {
-            for (side, clock) in clocks.iter_mut().enumerate() {
+            for turn in 0..sides {
+                let side = if round % 2 == 0 { turn } else { sides - 1 - turn };
                 let seconds = time(side);
                 if round > 0 {
-                    clock.0.push(seconds);
+                    clocks[side].0.push(seconds);
                 }
             }
             if round > 0 && start.elapsed().as_secs_f64() > self.seconds {
@@ -67,8 +69,8 @@ mod tests {
             turns.push(side);
             (turns.len() * 10) as f64
         });
-        assert_eq!(turns, [0, 1, 0, 1, 0, 1, 0, 1]);
-        assert_eq!(clocks[0].0, [30.0, 50.0, 70.0]);
+        assert_eq!(turns, [0, 1, 1, 0, 0, 1, 1, 0]);
+        assert_eq!(clocks[0].0, [40.0, 50.0, 80.0]);
         assert_eq!((clocks[0].median(), clocks[1].median()), (50.0, 60.0));
     }
 
