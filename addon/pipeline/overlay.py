@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from .camera import CameraView
 
-INNER, LEAF = 0, 1  # nodes()["kind"]
+INNER, LEAF, UNBUILT = 0, 1, 2  # nodes()["kind"]
 EDGES = np.array([(a, a | bit) for bit in (1, 2, 4) for a in range(8) if not a & bit])
 """The twelve edges of a box; bit i of a corner's number chooses upper[i]."""
 
@@ -30,6 +30,11 @@ class Kind(IntEnum):
     RIGHT = 2  # the lower clip plane of the right child
     LEFT = 3  # the upper clip plane of the left child
     OVERLAP = 4  # a side of the slab between the two planes that is in both children
+    UNBUILT_BOX = 5  # the box of a node that no ray has come to yet
+
+
+BOX_KINDS = np.array([Kind.BOX, Kind.LEAF_BOX, Kind.UNBUILT_BOX])
+"""By nodes()["kind"]."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +72,7 @@ def scene_nearness(depth: NDArray[np.floating[Any]], nodes: NDArray[np.void], vi
 def overlay_lines(nodes: NDArray[np.void], view: CameraView) -> Lines:
     """The edges of every node's box and of both clip planes of every inner node, as far as they are in the picture."""
     boxes = _box_corners(nodes)[:, EDGES].reshape(-1, 2, 3)
-    kinds = [np.repeat(np.where(nodes["kind"] == LEAF, Kind.LEAF_BOX, Kind.BOX), len(EDGES))]
+    kinds = [np.repeat(BOX_KINDS[nodes["kind"]], len(EDGES))]
     depths = [np.repeat(nodes["depth"], len(EDGES))]
     lines = [boxes]
     inner = _inner(nodes)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from .image import openimageio
 from .lettering import LINE_HEIGHT, text_coverage
-from .overlay import INNER, LEAF, Kind, overlapping
+from .overlay import INNER, LEAF, UNBUILT, Kind, overlapping
 from .overlay_style import COLOURS, Colour
 
 PITCH = round(1.15 * LINE_HEIGHT)  # from line to line; all sizes here are those of the lettering
@@ -44,7 +44,7 @@ def legend_texts(nodes: NDArray[np.void], max_depth: int, caption: Mapping[str, 
 
 def _entries(nodes: NDArray[np.void], max_depth: int, caption: Mapping[str, str]) -> list[tuple[Image | None, str]]:
     """Swatch and text of each line."""
-    inner, leaves = (int(np.count_nonzero(nodes["kind"] == kind)) for kind in (INNER, LEAF))
+    inner, leaves, unbuilt = (int(np.count_nonzero(nodes["kind"] == kind)) for kind in (INNER, LEAF, UNBUILT))
     overlaps = len(overlapping(nodes))
     triangles = int(nodes["count"][0]) if len(nodes) else 0
     return [
@@ -56,6 +56,7 @@ def _entries(nodes: NDArray[np.void], max_depth: int, caption: Mapping[str, str]
         (_children_swatch(0.35, 0.65), "gap: in neither, skipped"),
         (_box_swatch(COLOURS[Kind.BOX]), "box of a node"),
         (_box_swatch(COLOURS[Kind.LEAF_BOX]), "box of a leaf"),
+        *([(_box_swatch(COLOURS[Kind.UNBUILT_BOX]), f"not yet subdivided: {unbuilt:,}")] if unbuilt else []),
         (None, "thinner: deeper; faint: behind the surface"),
         (None, f"{_counted(len(nodes), 'node')}: {inner:,} inner, {_counted(leaves, 'leaf', 'leaves')}"),
         (None, f"{overlaps:,} with an overlap; {_counted(triangles, 'triangle')}"),

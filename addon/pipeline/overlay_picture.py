@@ -14,7 +14,7 @@ from .overlay import Face, Kind, overlay_faces, overlay_lines, scene_nearness
 from .overlay_legend import legend
 from .overlay_raster import Look, face_thickness, line_layer, pushed_away
 
-LINE_KINDS = (Kind.BOX, Kind.LEAF_BOX, Kind.RIGHT, Kind.LEFT)
+LINE_KINDS = (Kind.BOX, Kind.LEAF_BOX, Kind.RIGHT, Kind.LEFT, Kind.UNBUILT_BOX)
 
 NODES = 8192
 """Nodes whose lines are held at once."""

@@ -2,7 +2,8 @@
 
 Blue, crimson and amber stay apart for the three kinds of colour blindness (Machado, Oliveira, Fernandes 2009: colour
 differences of at least 39 in CIELAB); the purple of the overlap does not from blue, so it is hatched. Blue and crimson
-through each other give that purple. The deeper a node, the thinner and paler: the eye reads the tree from the root.
+through each other give that purple. Green are the boxes of nodes not yet subdivided, on top of all. The deeper a node, the
+thinner and paler: the eye reads the tree from the root.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ COLOURS: dict[Kind, Colour] = {
     Kind.RIGHT: (0.85, 0.06, 0.30),
     Kind.LEFT: (0.05, 0.42, 0.90),
     Kind.OVERLAP: (0.45, 0.12, 0.62),
+    Kind.UNBUILT_BOX: (0.00, 0.62, 0.45),
 }
 """sRGB in [0, 1]. Colours are mixed as sRGB, too: the overlay is a drawing, not light."""
 
@@ -53,6 +55,8 @@ FACE_LEVELS = 8
 
 def line_width(kind: Kind, depth: int) -> float:
     """Pixels of a picture of DESIGN_SIZE."""
+    if kind is Kind.UNBUILT_BOX:
+        return 2.0
     width = max(2.4 * 0.78**depth, 0.5)
     return width if kind in (Kind.LEFT, Kind.RIGHT) else 0.75 * width
 
@@ -61,12 +65,16 @@ def line_rank(kind: Kind, depth: int) -> int:
     """Lines of a lower rank lie on top: those nearer the root, and at one depth the clip planes.
 
     All edges of a box but the root's lie on edges of clip planes above it. Leaves go before the planes two levels up,
-    or they would never be seen.
+    or they would never be seen. Nodes not yet subdivided lie on top of all: they are what is missing.
     """
+    if kind is Kind.UNBUILT_BOX:
+        return -1
     ahead = {Kind.LEFT: 0, Kind.RIGHT: 1, Kind.BOX: 2, Kind.LEAF_BOX: -8}
     return 4 * depth + ahead[kind]
 
 
 def line_opacity(kind: Kind, depth: int) -> float:
-    """Leaves fade less: they are where the triangles are, and the last to be reached."""
+    """Leaves fade less: they are where the triangles are, and the last to be reached; what is not yet subdivided does not."""
+    if kind is Kind.UNBUILT_BOX:
+        return 0.95
     return max(0.95 * 0.8**depth, 0.35 if kind is Kind.LEAF_BOX else 0.15)

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from addon.pipeline.camera import CameraView, perspective_view
 from tests import meshes
-from tests.pipeline.naive_bih import INNER, NODE_DTYPE
+from tests.pipeline.naive_bih import INNER, LEAF, NODE_DTYPE
 
 EYE, TARGET, UP = np.array([3.0, -6.5, 3.2]), np.array([0.1, 0.0, 0.5]), np.array([0.0, 0.0, 1.0])
 FORWARD = (TARGET - EYE) / np.linalg.norm(TARGET - EYE)
@@ -89,7 +89,8 @@ def one_node(
     axis: int = 0,
     lower: tuple[float, ...] = (-2, -1, 0),
     upper: tuple[float, ...] = (2, 1, 1.5),
+    childless: int = LEAF,
 ) -> NDArray[np.void]:
-    """A table of a root alone: inner with these clip planes, or a leaf."""
-    kind, planes = (INNER, clip) if clip else (1, (np.nan, np.nan))
+    """A table of a root alone: inner with these clip planes, or without children, a leaf or not yet subdivided."""
+    kind, planes = (INNER, clip) if clip else (childless, (np.nan, np.nan))
     return np.array([(-1, 0, kind, axis if clip else -1, planes, lower, upper, 0, 10)], NODE_DTYPE)

@@ -5,7 +5,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from addon.pipeline.overlay import Kind, overlapping, overlay_faces, overlay_lines, scene_nearness
+from addon.pipeline.overlay import UNBUILT, Kind, overlapping, overlay_faces, overlay_lines, scene_nearness
 from tests.pipeline.naive_bih import INNER, LEAF, naive_nodes
 from tests.pipeline.overlay_scene import (
     EYE,
@@ -112,6 +112,12 @@ def test_a_leaf_is_a_box_without_planes():
     nodes, view = one_node(None), perspective(96, 72)
     assert list(overlay_faces(nodes, view)) == []
     assert overlay_lines(nodes, view).kind.tolist() == [Kind.LEAF_BOX] * 12
+
+
+def test_a_node_not_yet_subdivided_is_a_box_of_its_own_kind():
+    nodes, view = one_node(None, childless=UNBUILT), perspective(96, 72)
+    assert list(overlay_faces(nodes, view)) == []
+    assert overlay_lines(nodes, view).kind.tolist() == [Kind.UNBUILT_BOX] * 12
 
 
 def test_an_empty_table_draws_nothing():

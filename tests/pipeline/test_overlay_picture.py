@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from addon.pipeline import overlay_style as style
-from addon.pipeline.overlay import Kind
+from addon.pipeline.overlay import UNBUILT, Kind
 from addon.pipeline.overlay_legend import legend, legend_texts
 from addon.pipeline.overlay_picture import draw_overlay, tree_over_picture
 from tests.pipeline.naive_bih import INNER, LEAF, naive_nodes
@@ -90,8 +90,15 @@ def test_the_boxes_drawn_are_the_nodes_down_to_the_depth(camera):
         assert (shallow != deep).any(axis=2).sum() > 500
 
 
+BOXES = [
+    (Kind.BOX, one_node((-0.5, 0.5))),
+    (Kind.LEAF_BOX, one_node(None)),
+    (Kind.UNBUILT_BOX, one_node(None, childless=UNBUILT)),
+]
+
+
 @every_camera
-@pytest.mark.parametrize(("kind", "nodes"), [(Kind.BOX, one_node((-0.5, 0.5))), (Kind.LEAF_BOX, one_node(None))])
+@pytest.mark.parametrize(("kind", "nodes"), BOXES)
 def test_projected_corners_of_a_box_carry_its_colour(camera, kind, nodes):
     view = camera(960, 720)
     image = over_nothing(view, nodes)
@@ -322,7 +329,11 @@ def test_the_legend_counts_what_is_drawn():
 
 
 def test_the_legend_shows_every_colour():
-    panel = legend(NODES, 5, {}, 2000, 1500)
+    unbuilt = NODES.copy()
+    unbuilt["kind"][-3:] = UNBUILT
+    assert "not yet subdivided: 3" in legend_texts(unbuilt, 5, {})
+    assert not any("subdivided" in text for text in legend_texts(NODES, 5, {}))
+    panel = legend(unbuilt, 5, {}, 2000, 1500)
     for kind, colour in style.COLOURS.items():
         assert (np.abs(panel - np.float32(colour)).max(axis=2) < 0.02).sum() > 100, kind
 
