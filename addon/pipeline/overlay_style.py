@@ -2,8 +2,8 @@
 
 Blue, crimson and amber stay apart for the three kinds of colour blindness (Machado, Oliveira, Fernandes 2009: colour
 differences of at least 39 in CIELAB); the purple of the overlap does not from blue, so it is hatched. Blue and crimson
-through each other give that purple. Green are the boxes of nodes not yet subdivided, on top of all. The deeper a node, the
-thinner and paler: the eye reads the tree from the root.
+through each other give that purple. Green are the boxes of nodes not yet subdivided, on top of all. The deeper a node,
+the thinner and paler: the eye reads the tree from the root.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ def line_rank(kind: Kind, depth: int) -> int:
 
 
 def line_opacity(kind: Kind, depth: int) -> float:
-    """Leaves fade less: they are where the triangles are, and the last to be reached; what is not yet subdivided does not."""
+    """Leaves fade less: they are where the triangles are, and the last to be reached; the unbuilt do not fade."""
     if kind is Kind.UNBUILT_BOX:
         return 0.95
     return max(0.95 * 0.8**depth, 0.35 if kind is Kind.LEAF_BOX else 0.15)
