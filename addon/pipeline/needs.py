@@ -72,9 +72,9 @@ class _Case:
     """Whether leaving it out takes less time, by what was measured."""
 
 
-def plan(scene: SceneData, settings: Settings, wanted: Collection[str], *, tree_shown: bool, on_demand: bool) -> Plan:
+def plan(scene: SceneData, settings: Settings, wanted: Collection[str], *, tree_shown: bool) -> Plan:
     """Decide everything once. `wanted` names the passes to trace, `tree_shown` says that a picture of the tree is made
-    too, `on_demand` that bihtree can build on demand. The scene has a camera and triangles."""
+    too. The scene has a camera and triangles."""
     assert scene.camera is not None
     parts: list[Part] = []
 
@@ -104,9 +104,7 @@ def plan(scene: SceneData, settings: Settings, wanted: Collection[str], *, tree_
         parts += [Part(name, False, f"a {settings.structure} has none") for name in ("bucket sort", "on demand")]
     else:
         tree["presort"] = is_kept("bucket sort", _sort(count))
-        if not on_demand:
-            parts.append(Part("on demand", False, "not in this version"))
-        elif is_kept("on demand", _on_demand(shown, count)):
+        if is_kept("on demand", _on_demand(shown, count)):
             tree["build"] = "on_demand"
     leaf = LEAF.get(settings.layout, 0) if settings.structure == "bih" and settings.precision != "fast" else 0
     if is_kept("tree", _tree(count, leaf, settings)):

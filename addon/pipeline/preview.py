@@ -100,7 +100,6 @@ def trace(
         settings,
         tuple(wanted),
         tree_shown=outputs is None or outputs.overlay is not None,
-        on_demand=hasattr(bihtree.Tree, "build_all"),
     )
     decide_seconds = perf_counter() - started
     started = perf_counter()

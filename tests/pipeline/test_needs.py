@@ -32,18 +32,17 @@ def scene(*matrices: np.ndarray, lights: int = 0, mesh: Mesh = MESH) -> SceneDat
 
 
 def planned(
-    of: SceneData, settings: Settings | None = None, wanted: Any = PASSES, *, shown: bool = True, on_demand: bool = True
+    of: SceneData, settings: Settings | None = None, wanted: Any = PASSES, *, shown: bool = True
 ) -> tuple[Plan, dict[str, Part]]:
-    made = plan(of, settings or Settings(), wanted, tree_shown=shown, on_demand=on_demand)
+    made = plan(of, settings or Settings(), wanted, tree_shown=shown)
     return made, {part.name: part for part in made.parts}
 
 
 def test_every_part_has_one_row_in_the_order_of_the_settings() -> None:
-    for on_demand in (False, True):
-        made, _ = planned(scene(MOVED, MOVED, lights=2), on_demand=on_demand)
-        assert tuple(part.name for part in made.parts) == PARTS
-        assert all(part.why for part in made.parts)
-        assert not any(part.saves for part in made.parts if part.kept)
+    made, _ = planned(scene(MOVED, MOVED, lights=2))
+    assert tuple(part.name for part in made.parts) == PARTS
+    assert all(part.why for part in made.parts)
+    assert not any(part.saves for part in made.parts if part.kept)
 
 
 @pytest.mark.parametrize(
@@ -131,9 +130,6 @@ def test_on_demand_is_for_large_meshes_of_which_little_is_in_view() -> None:
     assert planned(hidden)[0].tree["build"] == "on_demand"
     assert "build" not in planned(seen)[0].tree
     assert "build" not in planned(many(count - 1))[0].tree
-    made, parts = planned(hidden, on_demand=False)
-    assert "build" not in made.tree
-    assert parts["on demand"] == Part("on demand", False, "not in this version")
     assert planned(seen, Settings(parts={"on demand": True}))[0].tree["build"] == "on_demand"
     assert "build" not in planned(hidden, Settings(parts={"on demand": False}))[0].tree
 
