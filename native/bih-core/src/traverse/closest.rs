@@ -84,11 +84,14 @@ impl Nearest {
     }
 
     pub(super) fn hit(&self) -> Option<Hit> {
-        self.best.as_ref().map(|Best { row, corners, distance }| {
-            let [u, v] = weights(&self.test, corners);
-            Hit { t: distance.refined(&self.test, corners).t, triangle: *row, u, v }
-        })
+        self.best.as_ref().map(|Best { row, corners, distance }| hit_at(&self.test, *row, corners, distance))
     }
+}
+
+/// The hit of a triangle that the ray meets at this distance.
+pub(super) fn hit_at(test: &RayTest, row: u32, corners: &Corners, distance: &Distance) -> Hit {
+    let [u, v] = weights(test, corners);
+    Hit { t: distance.refined(test, corners).t, triangle: row, u, v }
 }
 
 /// The distance of a triangle if the ray meets it between its ends.

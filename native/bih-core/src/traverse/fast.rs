@@ -2,7 +2,7 @@
 
 use super::Hit;
 use super::scene::{Leaf, Scene, bits};
-use super::search::Search;
+use super::search::{Search, Walker};
 use super::slab::Slab;
 use crate::geometry::{Ray, round_down, round_up};
 use crate::intersect::{Meeting, SingleHit, SingleRay};
@@ -73,14 +73,7 @@ impl FastClosest {
     }
 }
 
-impl Search for FastClosest {
-    type Answer = Option<Hit>;
-
-    #[inline(always)]
-    fn new(ray: &Ray, _: &Scene) -> Self {
-        Self { ray: SingleRay::new(ray), best: NONE, weights: [0.0; 3] }
-    }
-
+impl Walker for FastClosest {
     #[inline(always)]
     fn slab(&self, _: &Ray, scene: &Scene) -> Option<Slab> {
         Slab::single(&self.ray, scene)
@@ -111,6 +104,15 @@ impl Search for FastClosest {
         }
         false
     }
+}
+
+impl Search for FastClosest {
+    type Answer = Option<Hit>;
+
+    #[inline(always)]
+    fn new(ray: &Ray, _: &Scene) -> Self {
+        Self { ray: SingleRay::new(ray), best: NONE, weights: [0.0; 3] }
+    }
 
     #[inline(always)]
     fn answer(&self, scene: &Scene) -> Option<Hit> {
@@ -130,14 +132,7 @@ pub(super) struct FastOccluded {
     found: bool,
 }
 
-impl Search for FastOccluded {
-    type Answer = bool;
-
-    #[inline(always)]
-    fn new(ray: &Ray, _: &Scene) -> Self {
-        Self { ray: SingleRay::new(ray), found: false }
-    }
-
+impl Walker for FastOccluded {
     #[inline(always)]
     fn slab(&self, _: &Ray, scene: &Scene) -> Option<Slab> {
         Slab::single(&self.ray, scene)
@@ -156,6 +151,15 @@ impl Search for FastOccluded {
     fn test<L: Lanes>(&mut self, scene: &Scene, leaf: Leaf, near: f32) -> bool {
         self.found = self.ray.meet_eight::<L>(scene, leaf, near).0 != 0;
         self.found
+    }
+}
+
+impl Search for FastOccluded {
+    type Answer = bool;
+
+    #[inline(always)]
+    fn new(ray: &Ray, _: &Scene) -> Self {
+        Self { ray: SingleRay::new(ray), found: false }
     }
 
     #[inline(always)]

@@ -6,13 +6,7 @@ use crate::geometry::Ray;
 use crate::simd::Lanes;
 
 /// The state of one ray, which the walks over records carry from leaf to leaf.
-pub(super) trait Search: Copy {
-    /// What is found.
-    type Answer;
-
-    /// Before the first leaf.
-    fn new(ray: &Ray, scene: &Scene) -> Self;
-
+pub(super) trait Walker {
     /// The ray as the boxes see it; none where it must be walked in double precision.
     fn slab(&self, ray: &Ray, scene: &Scene) -> Option<Slab>;
 
@@ -24,6 +18,15 @@ pub(super) trait Search: Copy {
 
     /// Test the triangles of a leaf, whose box the ray enters at `near`. Whether the answer is known now.
     fn test<L: Lanes>(&mut self, scene: &Scene, leaf: Leaf, near: f32) -> bool;
+}
+
+/// A walker that finds one answer for a ray.
+pub(super) trait Search: Walker + Copy {
+    /// What is found.
+    type Answer;
+
+    /// Before the first leaf.
+    fn new(ray: &Ray, scene: &Scene) -> Self;
 
     /// What was found.
     fn answer(&self, scene: &Scene) -> Self::Answer;

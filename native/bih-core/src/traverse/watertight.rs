@@ -4,7 +4,7 @@ use super::Hit;
 use super::closest::{Nearest, distance_within};
 use super::filter::Filter;
 use super::scene::{Leaf, Scene, bits};
-use super::search::Search;
+use super::search::{Search, Walker};
 use super::slab::{Slab, TINY};
 use crate::geometry::{Ray, round_up};
 use crate::intersect::RayTest;
@@ -38,15 +38,7 @@ pub(super) struct WatertightClosest {
     limit: f32,
 }
 
-impl Search for WatertightClosest {
-    type Answer = Option<Hit>;
-
-    #[inline(always)]
-    fn new(ray: &Ray, scene: &Scene) -> Self {
-        let nearest = Nearest::new(ray, scene.tree);
-        Self { nearest, filter: filter(ray, scene), limit: single(ray.t_max) }
-    }
-
+impl Walker for WatertightClosest {
     #[inline(always)]
     fn slab(&self, ray: &Ray, scene: &Scene) -> Option<Slab> {
         Slab::new(ray, scene)
@@ -69,6 +61,16 @@ impl Search for WatertightClosest {
         }
         false
     }
+}
+
+impl Search for WatertightClosest {
+    type Answer = Option<Hit>;
+
+    #[inline(always)]
+    fn new(ray: &Ray, scene: &Scene) -> Self {
+        let nearest = Nearest::new(ray, scene.tree);
+        Self { nearest, filter: filter(ray, scene), limit: single(ray.t_max) }
+    }
 
     #[inline(always)]
     fn answer(&self, _: &Scene) -> Option<Hit> {
@@ -86,15 +88,7 @@ pub(super) struct WatertightOccluded {
     found: bool,
 }
 
-impl Search for WatertightOccluded {
-    type Answer = bool;
-
-    #[inline(always)]
-    fn new(ray: &Ray, scene: &Scene) -> Self {
-        let test = RayTest::new(ray, scene.tree.bounds());
-        Self { ray: *ray, test, filter: filter(ray, scene), limit: single(ray.t_max), found: false }
-    }
-
+impl Walker for WatertightOccluded {
     #[inline(always)]
     fn slab(&self, ray: &Ray, scene: &Scene) -> Option<Slab> {
         Slab::new(ray, scene)
@@ -118,6 +112,16 @@ impl Search for WatertightOccluded {
             }
         }
         false
+    }
+}
+
+impl Search for WatertightOccluded {
+    type Answer = bool;
+
+    #[inline(always)]
+    fn new(ray: &Ray, scene: &Scene) -> Self {
+        let test = RayTest::new(ray, scene.tree.bounds());
+        Self { ray: *ray, test, filter: filter(ray, scene), limit: single(ray.t_max), found: false }
     }
 
     #[inline(always)]

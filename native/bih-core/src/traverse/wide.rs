@@ -6,7 +6,7 @@ use super::Counter;
 use super::interval::Crossing;
 use super::postponed::{DONE, Postponed};
 use super::scene::{Leaf, Scene};
-use super::search::Search;
+use super::search::{Search, Walker};
 use super::slab::Slab;
 use crate::geometry::{Ray, round_down};
 use crate::simd::{Lanes, Scalar};
@@ -21,36 +21,48 @@ pub(super) fn search<L: Lanes, S: Search, C: Counter>(
     counter: &mut C,
 ) -> S::Answer {
     let mut search = S::new(ray, scene);
-    if !scene.wide.records.is_empty() {
-        match search.slab(ray, scene) {
-            Some(slab) => walk::<L, S, C>(scene, &slab, &mut search, stack, counter),
-            None => walk_slowly::<S, C>(scene, &mut search, stack, counter),
-        }
-    }
+    visit::<L, S, C>(scene, ray, &mut search, stack, counter);
     search.answer(scene)
 }
 
+/// Lead a walker along a valid ray.
 #[inline(always)]
-fn walk<L: Lanes, S: Search, C: Counter>(
+pub(super) fn visit<L: Lanes, W: Walker, C: Counter>(
+    scene: &Scene,
+    ray: &Ray,
+    walker: &mut W,
+    stack: &mut Postponed,
+    counter: &mut C,
+) {
+    if !scene.wide.records.is_empty() {
+        match walker.slab(ray, scene) {
+            Some(slab) => walk::<L, W, C>(scene, &slab, walker, stack, counter),
+            None => walk_slowly::<W, C>(scene, walker, stack, counter),
+        }
+    }
+}
+
+#[inline(always)]
+fn walk<L: Lanes, W: Walker, C: Counter>(
     scene: &Scene,
     slab: &Slab,
-    search: &mut S,
+    walker: &mut W,
     stack: &mut Postponed,
     counter: &mut C,
 ) {
     stack.reserve(scene.depth());
     let mut space = Record::EMPTY;
-    let mut limit = search.limit();
+    let mut limit = walker.limit();
     let (mut word, mut end) = (0, stack.start(0));
     loop {
         if Child::is_leaf(word) {
             counter.visit_node();
             let leaf = Leaf::new(word);
             counter.test_triangles(leaf.count);
-            if search.test::<L>(scene, leaf, stack.near(end)) {
+            if walker.test::<L>(scene, leaf, stack.near(end)) {
                 return;
             }
-            limit = search.limit();
+            limit = walker.limit();
             (word, end) = stack.pop(end, limit);
         } else if Child::is_special(word) {
             if word == DONE {
@@ -82,35 +94,35 @@ fn walk<L: Lanes, S: Search, C: Counter>(
 /// function of its own, so it uses the lanes of no instruction set.
 #[cold]
 #[inline(never)]
-pub(super) fn walk_slowly<S: Search, C: Counter>(
+pub(super) fn walk_slowly<W: Walker, C: Counter>(
     scene: &Scene,
-    search: &mut S,
+    walker: &mut W,
     stack: &mut Postponed,
     counter: &mut C,
 ) {
-    let ray = search.ray();
+    let ray = walker.ray();
     let crossing = Crossing::new(&ray);
     stack.reserve(scene.depth());
     let mut space = Record::EMPTY;
     let (mut word, mut end) = (0, stack.start(0));
     while word != DONE {
         if Child::is_special(word) {
-            (word, end) = enter::<C>(scene, stack, word, end, search.limit());
+            (word, end) = enter::<C>(scene, stack, word, end, walker.limit());
             continue;
         }
         counter.visit_node();
         if Child::is_leaf(word) {
             let leaf = Leaf::new(word);
             counter.test_triangles(leaf.count);
-            if search.test::<Scalar>(scene, leaf, stack.near(end)) {
+            if walker.test::<Scalar>(scene, leaf, stack.near(end)) {
                 return;
             }
         } else {
             let record = scene.record::<Scalar>(word, &mut space);
             let (nears, words) = stack.room(end);
-            end += push_slowly(&crossing, &ray, search.limit(), record, nears, words);
+            end += push_slowly(&crossing, &ray, walker.limit(), record, nears, words);
         }
-        (word, end) = stack.pop(end, search.limit());
+        (word, end) = stack.pop(end, walker.limit());
     }
 }
 
