@@ -1,6 +1,7 @@
 # `make preview` and `make test` need Python 3.11, Rust and make; each does the rest of its set-up, in build/.
 
 SCENE := examples/bunny.blend
+REPORT = --scene "$(SCENE)"
 VENV := build/venv
 BIN := $(VENV)/bin
 PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
@@ -19,7 +20,7 @@ HARNESS := $(CURDIR)/build/bench/target
 NATIVE := rust-toolchain.toml native/Cargo.toml native/Cargo.lock \
 	$(shell find native/bih-core native/bih-python \( -name target -o -name __pycache__ \) -prune -o -print)
 
-.PHONY: help preview test bench bench-quick tables lint types test-rust test-neon test-address test-miri test-memory test-loom \
+.PHONY: help preview test bench bench-quick tables report lint types test-rust test-neon test-address test-miri test-memory test-loom \
 	test-python \
 	package real-blender format lock clean machine test-machine
 .DELETE_ON_ERROR:
@@ -33,6 +34,8 @@ help:
 	@echo "make bench [BENCH=--help]      measure beside the peers (half an hour), write docs/benchmarks.md"
 	@echo "make bench-quick               the same on small scenes: answers and counts alone, for CI"
 	@echo "make tables [TABLES=--help]    the slides' tables on this machine (some minutes), into docs/benchmarks.md"
+	@echo "make report [SCENE=my.blend]   error against run time on a scene (some minutes), a page in build/report/;"
+	@echo "                               or with REPORT=\"--built-in terrain --quick\""
 	@echo "make package                   the extension's zip, in build/ (on Linux also with PLATFORM=linux-arm64)"
 	@echo "make real-blender              a Blender for the tests, where none is installed (Debian, as root)"
 	@echo "make format                    format Python and Rust"
@@ -54,6 +57,9 @@ bench-quick: $(VENV)/.tests
 
 tables: $(VENV)/.tests $(VENV)/.bihtree
 	@$(BIN)/python -m benchmarks.slides $(TABLES)
+
+report: $(VENV)/.tests $(VENV)/.bihtree
+	@$(BIN)/python -m addon.blender.command_line report $(REPORT) --output build/report
 
 lint: $(VENV)/.tests | test-machine
 	$(BIN)/ruff check --quiet .

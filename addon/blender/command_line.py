@@ -1,6 +1,7 @@
-"""The commands `blender --command bih render …` and `blender --command bih tables …`.
+"""The commands `blender --command bih render …`, `… report …` and `… tables …`.
 
-Under the bpy wheel, or with no Blender at all for an .npz mesh or tables: `python -m addon.blender.command_line …`.
+Under the bpy wheel, or with no Blender at all for an .npz mesh, tables or a built-in scene: `python -m
+addon.blender.command_line …`.
 """
 
 from __future__ import annotations
@@ -14,14 +15,14 @@ from typing import NoReturn
 
 from ..pipeline.errors import UserError
 from ..pipeline.settings import LARGEST_SIDE, PARTS, PASSES, Settings
-from ..report import table_arguments
+from ..report import error_arguments, table_arguments
 from . import modules
 
 LAST_FRAME = 1048574  # Blender's own limit
 
 
 def execute(argv: Sequence[str]) -> int:
-    """Run one command; the exit status: 0 done, 1 an error, 2 wrong usage, 130 interrupted.
+    """Run one command; the exit status: 0 done, 1 an error, 2 wrong usage, 3 an accuracy bar missed, 130 interrupted.
 
     An error is one line on standard error. No file is left half written.
     """
@@ -29,7 +30,7 @@ def execute(argv: Sequence[str]) -> int:
     signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
         arguments = _parser().parse_args(list(argv))
-        arguments.run(arguments)
+        return int(arguments.run(arguments))
     except UserError as error:
         print(f"bih: {' '.join(str(error).split())}", file=sys.stderr)
         return error.exit_status
@@ -41,10 +42,9 @@ def execute(argv: Sequence[str]) -> int:
         return 130
     except SystemExit as stop:  # argparse after --help
         return int(stop.code or 0)
-    return 0
 
 
-def _render(arguments: Namespace) -> None:
+def _render(arguments: Namespace) -> int:
     chosen = {
         name: value
         for name in ("passes", "samples", "threads", "overlay_depth")
@@ -61,14 +61,32 @@ def _render(arguments: Namespace) -> None:
     outputs = Outputs(tuple(arguments.output), arguments.overlay, arguments.stats)
     for line in job.run(source, chosen, outputs):
         print(line)
+    return 0
 
 
-def _tables(arguments: Namespace) -> None:
+def _report(arguments: Namespace) -> int:
+    modules.require("numpy", "bihtree")
+    from ..report.error import command
+    from . import report_job
+
+    def told(line: str, share: float) -> None:
+        print(line, file=sys.stderr, flush=True)
+
+    outcome = command.run(arguments, report_job.read, told, report_job.methods())
+    for line in outcome.lines:
+        print(line)
+    for line in outcome.errors:
+        print(f"bih: {line}", file=sys.stderr)
+    return outcome.status
+
+
+def _tables(arguments: Namespace) -> int:
     modules.require("numpy", "bihtree")
     from ..report.tables import command
 
     for line in command.run(arguments, lambda what: print(what, file=sys.stderr, flush=True)):
         print(line)
+    return 0
 
 
 class _Parser(ArgumentParser):
@@ -78,11 +96,14 @@ class _Parser(ArgumentParser):
 
 def _parser() -> ArgumentParser:
     parser = _Parser(prog="bih", description="Trace a picture by a Bounding Interval Hierarchy.")
-    commands = parser.add_subparsers(required=True, metavar="render or tables")
+    commands = parser.add_subparsers(required=True, metavar="render, report or tables")
     tables = commands.add_parser("tables", help="measure the tables of the slides on this machine (some minutes)")
     tables.set_defaults(run=_tables)
     tables.add_argument("--output", type=Path, required=True, metavar="FOLDER", help="tables.md is written there")
     table_arguments.add(tables)
+    report = commands.add_parser("report", help="measure error against run time on a scene (some minutes)")
+    report.set_defaults(run=_report)
+    error_arguments.add(report)
     render = commands.add_parser("render", help="trace one picture of a scene or a mesh")
     render.set_defaults(run=_render)
     source = render.add_mutually_exclusive_group(required=True)

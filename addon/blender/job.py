@@ -34,7 +34,7 @@ def run(source: Source, chosen: Mapping[str, Any], outputs: preview.Outputs) -> 
     Returns the lines to print. Raises UserError; then no file is written.
     """
     preview.check_outputs(outputs)
-    scene, settings, seconds = _read(source)
+    scene, settings, seconds = read(source)
     settings = replace(settings, **chosen)
     traced = preview.trace(scene, settings, outputs=outputs, export_seconds=seconds, progress=_go_on)
     preview.write(traced, scene, settings, outputs, progress=_go_on)
@@ -42,7 +42,8 @@ def run(source: Source, chosen: Mapping[str, Any], outputs: preview.Outputs) -> 
     return [*preview.summary(traced.report), "", *table, *(f"note: {what}" for what in scene.skipped)]
 
 
-def _read(source: Source) -> tuple[SceneData, Settings, float]:
+def read(source: Source) -> tuple[SceneData, Settings, float]:
+    """The scene, its settings and the seconds that its export took. Raises UserError."""
     width, height = source.size or DEFAULT_SIZE
     if source.mesh and source.mesh.suffix.lower() == ".npz":
         return _read_npz(source.mesh, width, height), Settings(), 0.0

@@ -1,0 +1,1 @@
+"""Error against run time: what each method gets wrong on a scene, and what being right costs."""

@@ -1,0 +1,259 @@
+"""Hits: what each method's answers cost, and which of them are wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from statistics import median
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from . import rays as kinds_of_rays
+from .comparison import Comparison, compared, leaks, quantile
+from .methods import Answers, Built, Method
+from .pareto import front
+from .progress import Progress
+from .rays import Rays
+from .subject import Subject
+from .truth import Nearest, Truth
+
+WORST = 5
+MILLION = 1_000_000
+
+
+@dataclass(frozen=True)
+class Span:
+    """Of repeated measurements."""
+
+    median: float
+    least: float
+    most: float
+    count: int
+
+
+def span(values: Sequence[float]) -> Span | None:
+    return Span(median(values), min(values), max(values), len(values)) if values else None
+
+
+@dataclass
+class Kind:
+    """One kind of rays, and what they truly hit."""
+
+    rays: Rays
+    truth: Nearest
+
+
+@dataclass
+class Row:
+    """A method, and what was measured of it: counts are of the rays that it was given, one in `every`."""
+
+    name: str
+    note: str
+    missing: str = ""
+    every: int = 1
+    rays: int = 0
+    hits: int = 0
+    missed: int = 0
+    false_hits: int = 0
+    other_triangle: int = 0
+    leaks: int = 0
+    aimed: int = 0
+    wrong_by_kind: dict[str, int] = field(default_factory=dict)
+    t_error_max: float | None = None
+    t_error_999: float | None = None
+    precision: str = ""
+    bytes: int | None = None
+    bytes_a_triangle: float | None = None
+    nodes_a_ray: float | None = None
+    build: Span | None = None
+    trace: Span | None = None
+    total: Span | None = None
+    fronts: list[str] = field(default_factory=list)
+    """Costs for which it is on the Pareto front with wrong answers."""
+    worst: list[dict[str, Any]] = field(default_factory=list)
+
+    @property
+    def wrong(self) -> int:
+        return self.missed + self.false_hits + self.other_triangle
+
+    @property
+    def wrong_a_million(self) -> float | None:
+        return MILLION * self.wrong / self.rays if self.rays else None
+
+
+@dataclass
+class Hits:
+    """The section, filled as it is measured."""
+
+    rows: list[Row] = field(default_factory=list)
+    rays: dict[str, dict[str, int]] = field(default_factory=dict)
+    truth_seconds: float = 0.0
+    rounds: int = 0
+    beside: list[dict[str, Any]] = field(default_factory=list)
+    """The worst rays of the peers, with everybody's answers."""
+
+    def row(self, name: str) -> Row | None:
+        return next((row for row in self.rows if row.name == name and not row.missing and row.rays), None)
+
+
+COSTS = {"seconds": "seconds, build and trace", "nodes": "nodes a ray", "bytes": "bytes a triangle"}
+
+
+def measure(
+    hits: Hits, subject: Subject, methods: Sequence[Method], count: int, rounds: int, progress: Progress
+) -> None:
+    """Fill `hits`. Raises Cancelled and KeyboardInterrupt; what was measured before stays in it."""
+    mesh = subject.mesh
+    progress.begin("truth")
+    started = perf_counter()
+    truth = Truth(mesh.vertices, mesh.triangles)
+    kinds: dict[str, Kind] = {}
+    for kind, rays, nearest in kinds_of_rays.of_kinds(truth, mesh, subject.camera, count):
+        kinds[kind] = Kind(rays, nearest)
+        facts = {"rays": len(nearest), "hit": int(nearest.hit.sum()), "ties": len(nearest.ties)}
+        hits.rays[kind] = {**facts, "in whole numbers": nearest.decided_in_whole_numbers}
+        progress.tell(f"{kind} rays", sum(len(k.truth) for k in kinds.values()) / count)
+    hits.truth_seconds = perf_counter() - started
+    progress.begin("hits")
+    answered: dict[str, dict[str, Answers]] = {}
+    clocks: dict[str, list[tuple[float, float]]] = {}
+    hits.rows += [Row(method.name, method.note, method.missing()) for method in methods]
+    present = [
+        (method, row) for method, row in zip(methods, hits.rows[-len(methods) :], strict=True) if not row.missing
+    ]
+    for turn in range(rounds + 1):
+        for number, (method, row) in enumerate(present):
+            row.every = method.every(mesh, count)
+            if turn > 1 and row.every > 1:
+                continue
+            where = f"{method.name}, round {turn} of {rounds}" if turn else method.name
+            progress.tell(where, (turn + number / len(present)) / (rounds + 1))
+            started = perf_counter()
+            built = method.build(mesh)
+            ready = perf_counter()
+            answers = {name: built.trace(kind.rays.every(row.every)) for name, kind in kinds.items()}
+            seconds = (perf_counter() - ready) * sum(len(kind.truth) for kind in kinds.values())
+            seconds /= sum(len(found.triangle) for found in answers.values())
+            if not turn:
+                _judge(row, answers, kinds, truth)
+                _facts(row, built, kinds, len(mesh.triangles))
+                answered[row.name] = answers
+            if turn or rounds == 0:
+                clocks.setdefault(row.name, []).append((ready - started, seconds))
+            _time(row, clocks.get(row.name, []))
+        hits.rounds = turn
+        mark_fronts(hits.rows)
+    hits.beside = _beside(hits.rows, answered, kinds)
+
+
+def mark_fronts(rows: Sequence[Row]) -> None:
+    """By each cost: who has no other below it in both that cost and wrong answers."""
+    for cost in COSTS:
+        points = {
+            row.name: (value, row.wrong_a_million)
+            for row in rows
+            if (value := cost_of(row, cost)) is not None and row.wrong_a_million is not None and row.every == 1
+        }
+        chosen = front(points)
+        for row in rows:
+            row.fronts = [*(name for name in row.fronts if name != cost), *([cost] if row.name in chosen else [])]
+
+
+def cost_of(row: Row, cost: str) -> float | None:
+    if cost == "seconds":
+        return row.total.median if row.total else None
+    return row.nodes_a_ray if cost == "nodes" else row.bytes_a_triangle
+
+
+def _time(row: Row, clocks: Sequence[tuple[float, float]]) -> None:
+    row.build = span([build for build, _ in clocks])
+    row.trace = span([trace for _, trace in clocks])
+    row.total = span([build + trace for build, trace in clocks])
+
+
+def _facts(row: Row, built: Built, kinds: Mapping[str, Kind], triangles: int) -> None:
+    row.bytes = built.bytes()
+    row.bytes_a_triangle = None if row.bytes is None else row.bytes / triangles
+    visited = [built.nodes(kind.rays) for kind in kinds.values()]
+    known = [nodes * len(kind.truth) for nodes, kind in zip(visited, kinds.values(), strict=True) if nodes is not None]
+    row.nodes_a_ray = sum(known) / sum(len(kind.truth) for kind in kinds.values()) if len(known) == len(kinds) else None
+
+
+def _judge(row: Row, answers: Mapping[str, Answers], kinds: Mapping[str, Kind], truth: Truth) -> None:
+    errors, worst = [], []
+    for name, kind in kinds.items():
+        nearest = every_of(kind.truth, row.every)
+        found = answers[name]
+        comparison = compared(found, nearest)
+        row.precision = str(found.t.dtype)
+        row.rays += len(nearest)
+        row.hits += int(nearest.hit.sum())
+        row.missed += int(comparison.missed.sum())
+        row.false_hits += int(comparison.false_hit.sum())
+        row.other_triangle += int(comparison.other_triangle.sum())
+        row.wrong_by_kind[name] = int(comparison.wrong.sum())
+        if name in kinds_of_rays.AIMED:
+            row.leaks += int(leaks(found, nearest, comparison, truth.corners).sum())
+            row.aimed += len(nearest)
+        errors.append(comparison.t_error)
+        worst += _worst(name, row.every, found, nearest, comparison)
+    every = np.concatenate(errors)
+    row.t_error_max, row.t_error_999 = quantile(every, 1.0), quantile(every, 0.999)
+    row.worst = sorted(worst, key=lambda ray: -ray["off"])[:WORST]
+
+
+def every_of(truth: Nearest, step: int) -> Nearest:
+    """That of one ray in so many."""
+    if step == 1:
+        return truth
+    ties = {row // step: rows for row, rows in truth.ties.items() if row % step == 0}
+    return Nearest(truth.triangle[::step], truth.t[::step], truth.rest[::step], ties)
+
+
+def _worst(kind: str, every: int, answers: Answers, truth: Nearest, comparison: Comparison) -> list[dict[str, Any]]:
+    """The wrong answers that are furthest off, relatively; a hit or miss turned round is off without end."""
+    rows = np.flatnonzero(comparison.wrong)
+    with np.errstate(all="ignore"):
+        off = np.abs(answers.t[rows].astype(np.float64) - truth.t[rows]) / truth.t[rows]
+    off = np.where(np.isfinite(off), off, np.inf)
+    return [
+        {"kind": kind, "ray": int(rows[i]) * every, "off": float(off[i])}
+        for i in np.argsort(-off, kind="stable")[:WORST]
+    ]
+
+
+def _beside(
+    rows: Sequence[Row], answered: Mapping[str, Mapping[str, Answers]], kinds: Mapping[str, Kind]
+) -> list[dict[str, Any]]:
+    """The worst rays of each method that has any, with what every method that was given them answered."""
+    table, seen = [], set()
+    for row in rows:
+        for ray in row.worst:
+            place = (ray["kind"], ray["ray"])
+            if place in seen:
+                continue
+            seen.add(place)
+            kind = kinds[ray["kind"]]
+            answers = {
+                name: _answer(found[ray["kind"]], ray["ray"])
+                for name, found in answered.items()
+                if len(found[ray["kind"]].triangle) == len(kind.truth)
+            }
+            table.append(
+                {
+                    "worst_of": row.name,
+                    "kind": ray["kind"],
+                    "origin": kind.rays.origins[ray["ray"]].tolist(),
+                    "direction": kind.rays.directions[ray["ray"]].tolist(),
+                    "truth": _answer(Answers(kind.truth.triangle, kind.truth.t), ray["ray"]),
+                    "answers": answers,
+                }
+            )
+    return table
+
+
+def _answer(answers: Answers, ray: int) -> dict[str, Any]:
+    row = int(answers.triangle[ray])
+    return {"triangle": row, "t": None if row < 0 else float(answers.t[ray])}

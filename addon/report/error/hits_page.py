@@ -1,0 +1,111 @@
+"""The section on hits: tables and plots."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from ..markdown import number
+from . import html_page as html
+from .hits import COSTS, Hits, Row, cost_of
+from .plot import Plot, scatter
+
+WRONG = "wrong answers a million rays"
+
+
+def plots(hits: Hits) -> list[Plot]:
+    """Wrong answers against each cost, and against the error of t."""
+    rows = [row for row in hits.rows if row.rays and not row.missing]
+    found = [
+        scatter(
+            f"hits-{cost}",
+            f"Wrong answers against {what}",
+            (what, WRONG),
+            [(row.name, cost_of(row, cost), row.wrong_a_million, cost in row.fronts) for row in rows],
+        )
+        for cost, what in COSTS.items()
+    ]
+    error = [(row.name, cost_of(row, "seconds"), row.t_error_999, False) for row in rows]
+    titles = (COSTS["seconds"], "99.9 % error of t, ulp of float32")
+    return [*found, scatter("hits-precision", "Error of t against seconds", titles, error)]
+
+
+def section(hits: Hits) -> Iterator[str]:
+    yield html.heading(2, "Hits")
+    rays = sum(kind["rays"] for kind in hits.rays.values())
+    yield html.paragraph(
+        f"{rays:,} rays, the same for all. The truth is exact: boxes and double precision with proven bounds leave out "
+        "what is clear, whole numbers decide the rest; it shares no code with the methods. An answer is wrong where a "
+        "hit is missed, where nothing is hit and something is named, or where another triangle is nearer than the "
+        "named one; of several at one distance any is right. Aimed rays start inside the mesh (where it has an inside) "
+        "and aim at its vertices and edges; one leaks where it passes through what it hits. Bounced rays start "
+        f"1/10,000 of the scene's size off the surface. Medians of {hits.rounds} rounds in turn after one that warms "
+        "up, with ranges. Errors of t are those of right answers, in ulp of float32 at the true t."
+    )
+    yield html.table(
+        ["rays", "count", "that hit", "ties", "decided in whole numbers"],
+        [
+            [kind, f"{f['rays']:,}", f"{f['hit']:,}", f"{f['ties']:,}", f"{f['in whole numbers']:,}"]
+            for kind, f in hits.rays.items()
+        ],
+    )
+    heads = ["method", "build, ms", "trace, ms", "total, ms", "wrong hits a million", "misses a million", "leaks"]
+    heads += ["t error, max", "99.9 %", "bytes a triangle", "nodes a ray", "on the front of"]
+    yield html.table(heads, [_cells(row) for row in hits.rows if not row.missing and row.rays])
+    notes = [f"{row.name}: {row.note}" for row in hits.rows if row.note and not row.missing]
+    notes += [f"{row.name}: left out, {row.missing}" for row in hits.rows if row.missing]
+    notes += [f"{row.name}: given one ray in {row.every:,}" for row in hits.rows if row.every > 1]
+    for note in notes:
+        yield html.paragraph(note, "note")
+    for plot in plots(hits):
+        yield html.figure(plot)
+    yield from _by_kind(hits)
+    yield from _worst(hits)
+
+
+def _cells(row: Row) -> list[str]:
+    def a_million(count: int) -> str:
+        text = number(1e6 * count / row.rays)
+        return html.marked(text, "bad") if count else text
+
+    return [
+        html.marked(row.name, "front" if row.fronts else ""),
+        *(html.spanned(value, 1e3) for value in (row.build, row.trace, row.total)),
+        a_million(row.false_hits + row.other_triangle),
+        a_million(row.missed),
+        f"{row.leaks:,} of {row.aimed:,}",
+        number(row.t_error_max),
+        number(row.t_error_999),
+        number(row.bytes_a_triangle),
+        number(row.nodes_a_ray),
+        ", ".join(row.fronts),
+    ]
+
+
+def _by_kind(hits: Hits) -> Iterator[str]:
+    kinds = list(hits.rays)
+    yield html.heading(3, "Wrong answers by kind of ray")
+    rows = [row for row in hits.rows if row.wrong_by_kind]
+    yield html.table(
+        ["method", *kinds], [[row.name, *(f"{row.wrong_by_kind.get(kind, 0):,}" for kind in kinds)] for row in rows]
+    )
+
+
+def _worst(hits: Hits) -> Iterator[str]:
+    """The worst ray of each method, and what every other answered."""
+    if not hits.beside:
+        return
+    yield html.heading(3, "The worst rays")
+    yield html.paragraph("Of each method those that are furthest off: triangle and t of the truth, and of each answer.")
+    names = list(hits.beside[0]["answers"])
+    shown, seen = [], set()
+    for ray in hits.beside:
+        if ray["worst_of"] not in seen:
+            seen.add(ray["worst_of"])
+            cells = [_answer(ray["answers"][name]) for name in names]
+            shown.append([f"{ray['worst_of']}, {ray['kind']}", _answer(ray["truth"]), *cells])
+    yield html.table(["ray", "truth", *names], shown)
+
+
+def _answer(answer: dict[str, Any]) -> str:
+    return "miss" if answer["t"] is None else f"{answer['triangle']} at {answer['t']:.7g}"

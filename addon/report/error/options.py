@@ -1,0 +1,45 @@
+"""What a person can choose of a report."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from ...pipeline.errors import UserError
+
+SECTIONS = ("hits",)
+
+
+@dataclass(frozen=True)
+class Options:
+    """Checked once."""
+
+    rays: int = 50_000
+    rounds: int = 5
+    threads: int = 1
+    quick: bool = False
+    sections: tuple[str, ...] = SECTIONS
+    max_wrong: int | None = None
+    """Most wrong answers and misses of watertight and exact, of all rays."""
+    max_leaks: int | None = None
+
+    def __post_init__(self) -> None:
+        for name, least in (("rays", 100), ("rounds", 1), ("threads", 0)):
+            if getattr(self, name) < least:
+                raise UserError(f"--{name} is {getattr(self, name)}; it must be at least {least}", exit_status=2)
+        for name in self.sections:
+            if name not in SECTIONS:
+                raise UserError(f"unknown section {name!r}; choose from {', '.join(SECTIONS)}", exit_status=2)
+        for name in ("max_wrong", "max_leaks"):
+            value = getattr(self, name)
+            if value is not None and value < 0:
+                raise UserError(f"--{name.replace('_', '-')} is {value}; it must be at least 0", exit_status=2)
+
+    def shown(self) -> dict[str, Any]:
+        """For the page: those that change what is measured."""
+        chosen = {name: value for name, value in asdict(self).items() if not name.startswith("max_")}
+        return {**chosen, "sections": ", ".join(self.sections)}
+
+
+QUICK = {"rays": 4_000, "rounds": 2}
+"""For about a minute."""

@@ -1,0 +1,103 @@
+"""The report: measure section by section, keep what there is, write it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from time import perf_counter
+
+import bihtree
+
+from ...pipeline.errors import UserError
+from ...pipeline.files import written_beside
+from . import hits, machine, page, png_plot, result_files
+from .methods import EXACT, WATERTIGHT, Method
+from .options import Options
+from .progress import Progress, Told
+from .results import Results
+from .subject import Subject
+
+WEIGHTS = {"truth": 2.0, "hits": 3.0}
+"""How the parts share the time, about."""
+PAGE, JSON, CSV = "index.html", "results.json", "results.csv"
+
+
+def check_folder(folder: Path) -> None:
+    """Make it where it is missing. Raises UserError where nothing can be written into it."""
+    probe = folder / ".bih"
+    try:
+        folder.mkdir(exist_ok=True)
+        probe.touch()
+        probe.unlink()
+    except OSError as error:
+        raise UserError(f"cannot write into {folder}: {error.strerror or error}") from None
+
+
+def measured(subject: Subject, options: Options, methods: Sequence[Method], told: Told) -> Results:
+    """All sections, or those until `told` returns False or Ctrl-C is pressed. Raises UserError for an empty scene."""
+    mesh = subject.mesh
+    results = Results(
+        scene=mesh.name,
+        source=subject.source,
+        triangles=len(mesh.triangles),
+        vertices=len(mesh.vertices),
+        vertex_precision=str(mesh.vertices.dtype),
+        options=options.shown(),
+        machine=machine.facts(),
+        notes=[*subject.scene.skipped],
+    )
+    started = perf_counter()
+    progress = Progress(told, WEIGHTS)
+    try:
+        if "hits" in options.sections:
+            hits.measure(results.hits, subject, methods, options.rays, options.rounds, progress)
+        progress.end()
+    except bihtree.Cancelled:
+        results.incomplete = "cancelled"
+    except KeyboardInterrupt:
+        results.incomplete = "interrupted"
+    results.seconds = perf_counter() - started
+    return results
+
+
+def write(results: Results, folder: Path) -> list[Path]:
+    """The page last: where it is, the rest is too. Raises UserError."""
+    written = []
+    plots = page.plots(results)
+    why = png_plot.why_missing()
+    if why:
+        results.notes.append(why)
+    for plot in [] if why else plots:
+        written.append(folder / f"{plot.name}.png")
+        with written_beside(written[-1]) as beside:
+            png_plot.write(plot, beside)
+    for name, text in ((JSON, result_files.as_json), (CSV, result_files.as_csv), (PAGE, page.text)):
+        written.append(folder / name)
+        with written_beside(written[-1]) as beside:
+            beside.write_text(text(results), encoding="utf-8")
+    return written
+
+
+def missed_bar(results: Results, options: Options) -> str:
+    """A line where ours are wrong, or leak, more often than was allowed; else nothing."""
+    for name in (WATERTIGHT, EXACT):
+        row = results.hits.row(name)
+        for what, count, most in (
+            ("wrong answers", row.wrong if row else 0, options.max_wrong),
+            ("leaks", row.leaks if row else 0, options.max_leaks),
+        ):
+            if row and most is not None and count > most:
+                return f"{name}: {count:,} {what} of {row.rays:,} rays; at most {most:,} were allowed"
+    return ""
+
+
+def summary(results: Results) -> list[str]:
+    """A line a method."""
+    lines = []
+    for row in results.hits.rows:
+        if row.missing:
+            lines.append(f"{row.name:<16} left out: {row.missing}")
+        elif row.total:
+            a_million = f"{row.wrong_a_million:12,.1f} wrong a million"
+            lines.append(f"{row.name:<16} {row.total.median:9.3f} s {a_million}  {row.leaks:,} leaks")
+    return lines

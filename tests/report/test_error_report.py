@@ -1,0 +1,268 @@
+"""The report: what it counts, what it writes, and how it ends."""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+from argparse import ArgumentParser, Namespace
+from pathlib import Path
+
+import bihtree
+import numpy as np
+import pytest
+
+from addon.pipeline.camera import framing_view
+from addon.pipeline.errors import UserError
+from addon.pipeline.mesh import Mesh, bounds_of
+from addon.pipeline.scene import SceneData
+from addon.pipeline.settings import Settings
+from addon.report import error_arguments
+from addon.report.error import command, png_plot, report, svg_plot
+from addon.report.error.comparison import compared, leaks, ulp
+from addon.report.error.methods import EXACT, WATERTIGHT, Answers, Embree, Naive, Ours
+from addon.report.error.options import Options
+from addon.report.error.pareto import front
+from addon.report.error.plot import axis, scatter
+from addon.report.error.rays import SHARES, Rays
+from addon.report.error.subject import Subject, built_in
+from addon.report.error.truth import Truth
+from tests import meshes
+from tests.rays import at_features
+
+SMALL = Options(rays=300, rounds=1, sections=("hits",))
+
+
+def subject_of(mesh: meshes.Triangles, name: str = "ball") -> Subject:
+    view = framing_view(bounds_of(mesh.vertices), 64, 48)
+    return Subject(SceneData.of_mesh(Mesh(name, *mesh), view), Settings(), name)
+
+
+def silent(line: str, share: float) -> None:
+    pass
+
+
+class Wrong:
+    """A method that misses every hit of even triangles, and says what the tree says of the others."""
+
+    name, note = "wrong", "on purpose"
+
+    def missing(self) -> str:
+        return ""
+
+    def every(self, mesh: Mesh, rays: int) -> int:
+        return 1
+
+    def build(self, mesh: Mesh) -> Wrong:
+        self.tree = bihtree.Tree(mesh.vertices, mesh.triangles)
+        return self
+
+    def trace(self, rays: Rays) -> Answers:
+        hits = self.tree.intersect(*rays)
+        keep = hits.triangle % 2 == 1
+        return Answers(np.where(keep, hits.triangle, -1), np.where(keep, hits.t, np.inf))
+
+    def bytes(self) -> None:
+        return None
+
+    def nodes(self, rays: Rays) -> None:
+        return None
+
+
+class Missing(Wrong):
+    name = "elsewhere"
+
+    def missing(self) -> str:
+        return "it is not installed"
+
+
+@pytest.fixture(scope="module")
+def results():
+    methods = [
+        Ours(WATERTIGHT),
+        Ours(EXACT, {"precision": "exact"}),
+        Wrong(),
+        Missing(),
+        Embree("embreex", True),
+        Naive(),
+    ]
+    return report.measured(subject_of(meshes.icosphere(2)), SMALL, methods, silent)
+
+
+def test_ours_is_never_wrong_and_the_wrong_one_is_found_out(results):
+    ours, wrong = results.hits.row(WATERTIGHT), results.hits.row("wrong")
+    assert (ours.wrong, ours.leaks) == (0, 0)
+    assert 0 < ours.t_error_max <= 1
+    hit = sum(kind["hit"] for kind in results.hits.rays.values())
+    assert wrong.wrong == wrong.missed > hit / 3
+    assert wrong.wrong_a_million == 1e6 * wrong.missed / wrong.rays
+    # From inside a closed ball every aimed ray hits.
+    assert wrong.leaks == wrong.wrong_by_kind["at vertices"] + wrong.wrong_by_kind["at edges"] > 0
+
+
+def test_rays_are_of_every_kind(results):
+    assert list(results.hits.rays) == list(SHARES)
+    for kind, share in SHARES.items():
+        assert results.hits.rays[kind]["rays"] == pytest.approx(share * SMALL.rays, rel=0.15)
+    for kind in ("at vertices", "at edges"):
+        assert results.hits.rays[kind]["hit"] == results.hits.rays[kind]["rays"]
+    assert sum(kind["ties"] for kind in results.hits.rays.values()) > 0
+
+
+def test_the_naive_one_is_given_few_rays_and_a_missing_one_none(results):
+    naive = next(row for row in results.hits.rows if row.name == Naive().name)
+    assert naive.every == 1 and Naive().every(Mesh("", np.eye(3), np.zeros((10**6, 3), np.int32)), 1000) == 500
+    missing = next(row for row in results.hits.rows if row.name == "elsewhere")
+    assert missing.missing == "it is not installed" and not missing.rays
+
+
+def test_the_front_is_marked(results):
+    ours, wrong = results.hits.row(WATERTIGHT), results.hits.row("wrong")
+    assert "nodes" in ours.fronts or "bytes" in ours.fronts or "seconds" in ours.fronts
+    assert "bytes" not in wrong.fronts and "nodes" not in wrong.fronts
+
+
+def test_fronts():
+    assert front({"a": (1, 5), "b": (2, 3), "c": (3, 3), "d": (4, 0), "e": (5, 1)}) == {"a", "b", "d"}
+    assert front({"a": (1, 1), "b": (1, 1)}) == {"a", "b"}
+    assert front({}) == set()
+
+
+def test_every_number_is_in_the_files_and_the_page_needs_nothing_else(results, tmp_path):
+    written = report.write(results, tmp_path)
+    assert written[-1] == tmp_path / "index.html"
+    read = json.loads((tmp_path / "results.json").read_text())
+    assert read["schema"] == 1 and read["incomplete"] == ""
+    assert {"scene", "source", "triangles", "options", "machine", "notes", "hits", "seconds"} <= set(read)
+    assert read["triangles"] == 320 and read["machine"]["processor"]
+    row = next(row for row in read["hits"]["rows"] if row["name"] == WATERTIGHT)
+    assert {"missed", "false_hits", "other_triangle", "leaks", "t_error_max", "t_error_999", "bytes_a_triangle"} <= set(
+        row
+    )
+    assert row["total"]["least"] <= row["total"]["median"] <= row["total"]["most"] and row["total"]["count"] == 1
+    with (tmp_path / "results.csv").open(newline="") as file:
+        lines = list(csv.DictReader(file))
+    assert {"hits"} == {line["section"] for line in lines}
+    assert [line["value"] for line in lines if line["name"] == "wrong" and line["quantity"] == "missed"] == [
+        str(results.hits.row("wrong").missed)
+    ]
+    page = (tmp_path / "index.html").read_text()
+    assert page.count("<svg") == (0 if svg_plot.why_missing() else 4)
+    assert len([path for path in written if path.suffix == ".png"]) == (0 if png_plot.why_missing() else 4)
+    assert not re.findall(r"<(?:script|link|iframe|object)", page)
+    assert not re.findall(r"""(?:src|href)\s*=\s*["'](?!data:|#)[^"']*|url\((?!data:|#)[^)]*|@import""", page)
+    assert "@media print" in page and "elsewhere: left out, it is not installed" in page
+
+
+def test_what_stopped_half_way_is_kept(tmp_path):
+    told = []
+
+    def stop(line, share):
+        told.append(share)
+        if "Wrong" in line or "wrong" in line:
+            raise KeyboardInterrupt
+
+    found = report.measured(subject_of(meshes.icosphere(1)), SMALL, [Ours(WATERTIGHT), Wrong()], stop)
+    assert found.incomplete == "interrupted"
+    assert found.hits.row(WATERTIGHT).rays and not found.hits.row("wrong")
+    report.write(found, tmp_path)
+    assert "Incomplete: interrupted" in (tmp_path / "index.html").read_text()
+    assert told == sorted(told)
+    cancelled = report.measured(subject_of(meshes.icosphere(1)), SMALL, [Ours(WATERTIGHT)], lambda line, share: False)
+    assert cancelled.incomplete == "cancelled"
+    report.write(cancelled, tmp_path)
+
+
+def parsed(*words: object) -> Namespace:
+    parser = ArgumentParser()
+    error_arguments.add(parser)
+    return parser.parse_args([str(word) for word in words])
+
+
+def read_ball(arguments: Namespace) -> Subject:
+    return subject_of(meshes.icosphere(1))
+
+
+def run(*words: object, methods=()) -> command.Outcome:
+    return command.run(
+        parsed("--mesh", "ball", "--rays", 200, "--rounds", 1, "--only", "hits", *words), read_ball, silent, methods
+    )
+
+
+def test_bars_and_exit_statuses(tmp_path):
+    done = run("--output", tmp_path / "new", "--max-wrong", 0, "--max-leaks", 0, methods=[Wrong()])
+    assert (done.status, done.errors) == (0, [])
+    assert done.lines[-1] == str(tmp_path / "new" / "index.html")
+
+    class Broken(Wrong):
+        name = WATERTIGHT
+
+    rows = report.measured(subject_of(meshes.icosphere(1)), SMALL, [Broken()], silent)
+    for name in ("max_wrong", "max_leaks"):
+        line = report.missed_bar(rows, Options(**{name: 1}))
+        assert re.fullmatch(rf"{WATERTIGHT}: \d+ (wrong answers|leaks) of \d+ rays; at most 1 were allowed", line)
+    assert report.missed_bar(rows, Options()) == ""
+
+
+def test_wrong_usage_and_folders_that_take_nothing(tmp_path):
+    for words in (("--rays", 5), ("--only", "roof"), ("--max-wrong", -1), ("--threads", -1)):
+        with pytest.raises(UserError) as raised:
+            run("--output", tmp_path / "never", *words)
+        assert raised.value.exit_status == 2
+    assert not (tmp_path / "never").exists()
+    for folder in (tmp_path / "none" / "deeper", Path("/proc/self/fd")):
+        with pytest.raises(UserError, match="cannot write into"):
+            run("--output", folder)
+    with pytest.raises(UserError, match="unknown scene 'roof'"):
+        built_in("roof", 100)
+
+
+def test_an_empty_scene_is_one_line():
+    empty = SceneData([], np.zeros(0, np.int32), np.zeros((0, 4, 4)))
+    with pytest.raises(UserError, match="no triangles"):
+        report.measured(Subject(empty, Settings(), "empty.blend"), SMALL, [], silent)
+
+
+def test_a_scene_is_moved_with_its_camera():
+    ball = subject_of(meshes.icosphere(1))
+    moved = ball.moved(1e6)
+    assert moved.mesh.vertices.dtype == np.float64
+    assert np.abs(moved.mesh.vertices).max() > 1e6
+    before, after = ball.camera.project(ball.mesh.vertices), moved.camera.project(moved.mesh.vertices)
+    assert np.allclose(before[:, :2], after[:, :2], atol=1e-3)
+    assert ball.moved(0) is ball
+
+
+def test_a_comparison_counts_each_kind_of_error():
+    mesh = meshes.icosphere(1)
+    rays = at_features(mesh, 60, np.random.default_rng(1))
+    truth = Truth(*mesh).nearest(*rays)
+    hits = bihtree.Tree(*mesh).intersect(*rays)
+    right = compared(Answers(hits.triangle, hits.t), truth)
+    assert not right.wrong.any()
+    rows, t = hits.triangle.copy(), hits.t.copy()
+    first, second = np.flatnonzero(truth.hit)[:2]
+    miss = np.flatnonzero(~truth.hit)[0]
+    rows[first], t[first] = -1, np.inf
+    rows[second], t[second] = (rows[second] + 40) % 80, 9
+    rows[miss], t[miss] = 3, 1
+    changed = compared(Answers(rows, t), truth)
+    counted = (changed.missed, changed.other_triangle, changed.false_hit)
+    assert [np.flatnonzero(flags).tolist() for flags in counted] == [[first], [second], [miss]]
+    slipped = leaks(Answers(rows, t), truth, changed, mesh.vertices[mesh.triangles])
+    assert slipped[first] and not slipped[miss]
+    assert ulp(np.array([1.0, 1.5, 2.0, 0.0])).tolist() == [2.0**-23, 2.0**-23, 2.0**-22, 2.0**-149]
+
+
+def test_zeros_stand_on_an_axis_of_their_own():
+    drawn = axis([0.0, 3.0, 250.0])
+    assert (drawn.low, drawn.high) == (0.1, 1000)
+    assert drawn.labels == ((0.1, "0"), (1.0, "1"), (10.0, "10"), (100.0, "100"), (1000.0, "1000"))
+    assert drawn.place(0.0) == 0.1
+    assert axis([]).labels
+    plot = scatter(
+        "a", "A", ("x", "y"), [("one", 1.0, 0.0, True), ("two", None, 1.0, False), ("three", 0.5, 2.0, True)]
+    )
+    assert [series.name for series in plot.series] == ["one", "three", "Pareto front"]
+    if not svg_plot.why_missing():
+        assert svg_plot.svg(plot).startswith("<svg")
