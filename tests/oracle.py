@@ -1,22 +1,26 @@
 """The truth about rays and triangles, in rational arithmetic; it shares no code with the product.
 
 Every finite float is a fraction, so hit, miss, distance and order are decided without rounding. A triangle is closed:
-its boundary is hit. One without area, with a coordinate that is not finite, or in the ray's plane is not hit.
+its boundary is hit. One without area, with a coordinate that is not finite, or in the ray's plane is not hit. What
+double precision decides beyond doubt (oracle_filter) is not decided again in whole numbers (oracle_integers).
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from fractions import Fraction
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from tests.oracle_filter import Meetings, SideFilter, distances, meetings
+from tests.oracle_integers import Meeting, WholeRays, WholeTriangles
+
 Number = Fraction | int
 Point = tuple[Number, Number, Number]
-
-RANGE = 2.0**-300, 2.0**300  # of sizes whose products neither overflow nor lose bits to underflow
+Floats = NDArray[np.float64]
 
 
 class Hit(NamedTuple):
@@ -34,13 +38,6 @@ def exact(values: ArrayLike) -> Point:
     return x, y, z
 
 
-def whole(points: NDArray[np.float64]) -> list[Point]:
-    """Finite points (N, 3) times the one power of two that makes them whole: the same t and weights, found sooner."""
-    ratios = [[value.as_integer_ratio() for value in point] for point in points.tolist()]
-    scale = max(divisor for point in ratios for _, divisor in point)
-    return [(x[0] * (scale // x[1]), y[0] * (scale // y[1]), z[0] * (scale // z[1])) for x, y, z in ratios]
-
-
 def _minus(a: Point, b: Point) -> Point:
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
@@ -56,7 +53,7 @@ def _cross(a: Point, b: Point) -> Point:
 def crossing(
     origin: Point, direction: Point, a: Point, b: Point, c: Point
 ) -> tuple[Fraction, Fraction, Fraction] | None:
-    """(t, u, v) of the point in which the line meets the closed triangle, or None."""
+    """(t, u, v) of the point in which the line meets the closed triangle, or None: the definition, step by step."""
     ab, ac = _minus(b, a), _minus(c, a)
     normal = _cross(ab, ac)
     slope = _dot(normal, direction)
@@ -72,11 +69,49 @@ def crossing(
     return (Fraction(height, slope), u, v) if u >= 0 and v >= 0 and u + v <= 1 else None
 
 
-def is_valid(origin: ArrayLike, direction: ArrayLike, t_min: float, t_max: float) -> bool:
+def are_valid(origins: Floats, directions: Floats, t_min: Floats, t_max: Floats) -> NDArray[np.bool_]:
     """False for what no answer can be given for: NaN, infinite origin or direction, zero direction, an empty limit."""
-    finite = bool(np.isfinite(np.asarray(origin)).all() and np.isfinite(np.asarray(direction)).all())
-    limits = not (np.isnan(t_min) or np.isnan(t_max)) and t_min < np.inf and t_max > -np.inf
-    return finite and limits and bool(np.any(np.asarray(direction) != 0))
+    finite = np.isfinite(origins).all(axis=1) & np.isfinite(directions).all(axis=1)
+    limits = ~(np.isnan(t_min) | np.isnan(t_max)) & (t_min < np.inf) & (t_max > -np.inf)
+    return finite & limits & (directions != 0).any(axis=1)
+
+
+class Truth:
+    """The closest hit of each ray: of several at one t the lowest row."""
+
+    def __init__(self, corners: Floats, rays: _Rays, triangle: NDArray[np.int64], ties: NDArray[np.int64]) -> None:
+        self.triangle = triangle
+        """(N,) rows; -1 for a miss."""
+        self.ties = ties
+        """(N,) how many triangles are at the nearest t: 0 for a miss."""
+        self.is_valid = rays.is_valid
+        self.proved: dict[str, dict[str, bytes]] = {}
+        """By precision and type: the bits of answers that were found to be true."""
+        self._corners, self._rays = corners, rays
+        self._exact: dict[int, Hit] = {}
+
+    def __len__(self) -> int:
+        return len(self.triangle)
+
+    @cached_property
+    def approximate(self) -> Meetings:
+        """t, u and v of the rays that hit, in their order, with bounds on their errors."""
+        hit = np.flatnonzero(self.triangle >= 0)
+        origins, directions = self._rays.origins[hit], self._rays.directions[hit]
+        return meetings(origins, directions, self._corners[self.triangle[hit]], self._rays.is_sound[hit])
+
+    def hit(self, ray: int) -> Hit | None:
+        """The closest hit of one ray, exactly."""
+        row = int(self.triangle[ray])
+        if row < 0:
+            return None
+        found = self._exact.get(ray)
+        if found is None:
+            one = slice(ray, ray + 1)
+            triangle = WholeTriangles(self._corners[row : row + 1])
+            [(meeting, _)] = WholeRays(triangle, self._rays.origins[one], self._rays.directions[one]).meet(0, [0])
+            found = self._exact[ray] = Hit(meeting.t, row, meeting.u, meeting.v)
+        return found
 
 
 class Oracle:
@@ -85,30 +120,48 @@ class Oracle:
     def __init__(self, vertices: ArrayLike, triangles: ArrayLike) -> None:
         self.corners = np.asarray(vertices)[np.asarray(triangles).reshape(-1, 3)].astype(np.float64)
         self.rows = np.flatnonzero(np.isfinite(self.corners).all(axis=(1, 2)))
-        self._filter = _Filter(self.corners[self.rows])
+        self._finite = self.corners[self.rows]
+        self._filter = SideFilter(self._finite)
+        self._whole = WholeTriangles(self._finite)
+
+    def decide(
+        self, origins: ArrayLike, directions: ArrayLike, t_min: ArrayLike = 0.0, t_max: ArrayLike = np.inf
+    ) -> Truth:
+        """The closest hit with t_min <= t <= t_max of each ray."""
+        rays = self._rays(origins, directions, t_min, t_max)
+        triangle, ties = np.full(len(rays.origins), -1), np.zeros(len(rays.origins), np.int64)
+        for first, nearest in self._nearest(rays):
+            hit = nearest.triangle >= 0
+            block = slice(first, first + len(hit))
+            triangle[block][hit] = self.rows[nearest.triangle[hit]]
+            ties[block] = nearest.ties
+        return Truth(self.corners, rays, triangle, ties)
 
     def crossings(
         self, origins: ArrayLike, directions: ArrayLike, t_min: ArrayLike = 0.0, t_max: ArrayLike = np.inf
     ) -> Iterator[list[Hit]]:
         """For each ray, every hit with t_min <= t <= t_max, nearest first and the lower row first where t is equal."""
-        for ray in self._rays(origins, directions, t_min, t_max):
-            hits = (self._hit(ray, row) for row in ray.rows.tolist())
-            yield sorted((hit for hit in hits if hit), key=lambda hit: (hit.t, hit.triangle))
+        rays = self._rays(origins, directions, t_min, t_max)
+        for block in self._filter.blocks(rays.origins, rays.directions):
+            here = rays.part(block.first, block.size)
+            valid = here.is_valid[block.pairs.ray]
+            found = self._exactly(here, block.pairs.ray[valid], block.pairs.triangle[valid])
+            for place in range(block.size):
+                hits = [self._hit(meeting, row) for meeting, row in found.get(place, [])]
+                yield sorted(hits, key=lambda hit: (hit.t, hit.triangle))
 
     def nearest(
         self, origins: ArrayLike, directions: ArrayLike, t_min: ArrayLike = 0.0, t_max: ArrayLike = np.inf
     ) -> Iterator[list[Hit]]:
         """For each ray the hits at its smallest t, lower row first: more than one is a tie, none a miss."""
-        for ray in self._rays(origins, directions, t_min, t_max):
-            bounds = _lower_bounds(ray.origin, ray.direction, self.corners[ray.rows])
-            best: list[Hit] = []
-            for i in np.argsort(bounds):
-                if best and bounds[i] > best[0].t:
-                    break
-                hit = self._hit(ray, int(ray.rows[i]))
-                if hit and not (best and hit.t > best[0].t):
-                    best = [*best, hit] if best and hit.t == best[0].t else [hit]
-            yield sorted(best, key=lambda hit: hit.triangle)
+        rays = self._rays(origins, directions, t_min, t_max)
+        for first, nearest in self._nearest(rays):
+            certain = np.array([ray for ray in np.flatnonzero(nearest.ties) if ray not in nearest.doubtful], np.intp)
+            here = rays.part(first, len(nearest.ties))
+            found = nearest.doubtful | self._exactly(here, certain, nearest.triangle[certain])
+            for place in range(len(nearest.ties)):
+                hits = [self._hit(meeting, row) for meeting, row in found.get(place, [])]
+                yield sorted(hits, key=lambda hit: hit.triangle)
 
     def closest(
         self, origins: ArrayLike, directions: ArrayLike, t_min: ArrayLike = 0.0, t_max: ArrayLike = np.inf
@@ -116,93 +169,89 @@ class Oracle:
         """For each ray the nearest hit; of several at one t the lowest row; None for a miss."""
         return [hits[0] if hits else None for hits in self.nearest(origins, directions, t_min, t_max)]
 
-    def _rays(self, origins: ArrayLike, directions: ArrayLike, t_min: ArrayLike, t_max: ArrayLike) -> Iterator[_Ray]:
+    def _hit(self, meeting: Meeting, row: int) -> Hit:
+        return Hit(meeting.t, int(self.rows[row]), meeting.u, meeting.v)
+
+    def _rays(self, origins: ArrayLike, directions: ArrayLike, t_min: ArrayLike, t_max: ArrayLike) -> _Rays:
         origin, direction = np.atleast_2d(origins).astype(np.float64), np.atleast_2d(directions).astype(np.float64)
-        near = np.broadcast_to(np.asarray(t_min, np.float64), len(origin)).tolist()
-        far = np.broadcast_to(np.asarray(t_max, np.float64), len(origin)).tolist()
-        for i, candidates in enumerate(self._filter.candidates(origin, direction)):
-            valid = is_valid(origin[i], direction[i], near[i], far[i])
-            yield _Ray(origin[i], direction[i], near[i], far[i], self.rows[candidates if valid else []])
+        near, far = (np.broadcast_to(np.asarray(limit, np.float64), len(origin)) for limit in (t_min, t_max))
+        valid = are_valid(origin, direction, near, far)
+        return _Rays(origin, direction, near, far, valid, np.zeros(len(origin), np.bool_))
 
-    def _hit(self, ray: _Ray, row: int) -> Hit | None:
-        found = crossing(*whole(np.vstack([ray.origin, ray.direction, self.corners[row]])))
-        return Hit(found[0], row, found[1], found[2]) if found and ray.t_min <= found[0] <= ray.t_max else None
+    def _nearest(self, rays: _Rays) -> Iterator[tuple[int, _Nearest]]:
+        """Block by block, by its first ray."""
+        for block in self._filter.blocks(rays.origins, rays.directions):
+            here = rays.part(block.first, block.size)
+            here.is_sound[:] = block.is_sound
+            ray, row, inside = block.pairs
+            low, high = distances(here.origins[ray], here.directions[ray], self._finite[row], block.is_sound[ray])
+            near, far = here.t_min[ray], here.t_max[ray]
+            certain = inside & (near <= low) & (high <= far)
+            # Nothing is beyond a triangle that is hit for certain.
+            upper = np.full(block.size, np.inf)
+            np.minimum.at(upper, ray[certain], high[certain])
+            stays = (near <= high) & (low <= far) & (low <= upper[ray]) & here.is_valid[ray]
+            ray, row, certain = ray[stays], row[stays], certain[stays]
+            left = np.bincount(ray, minlength=block.size)
+            is_alone = left[ray] == 1
+            triangle = np.full(block.size, -1)
+            is_alone = certain & (left[ray] == 1)
+            triangle[ray[is_alone]] = row[is_alone]
+            ties = (triangle >= 0).astype(np.int64)
+            is_open = (left > ties)[ray]
+            doubtful = {place: _first(hits) for place, hits in self._exactly(here, ray[is_open], row[is_open]).items()}
+            for place, hits in doubtful.items():
+                triangle[place], ties[place] = min((row for _, row in hits), default=-1), len(hits)
+            yield block.first, _Nearest(triangle, ties, doubtful)
+
+    def _exactly(
+        self, rays: _Rays, ray: NDArray[np.intp], row: NDArray[np.intp]
+    ) -> dict[int, list[tuple[Meeting, int]]]:
+        """What valid rays meet within their limits, of the pairs given in the order of the rays."""
+        used, starts = np.unique(ray, return_index=True)
+        whole = WholeRays(self._whole, rays.origins[used], rays.directions[used])
+        limits = zip(rays.t_min[used].tolist(), rays.t_max[used].tolist(), strict=True)
+        rows = [part.tolist() for part in np.split(row, starts[1:])]
+        return {
+            place: [(met, row) for met, row in whole.meet(index, rows[index]) if met.is_within(*limit)]
+            for index, (place, limit) in enumerate(zip(used.tolist(), limits, strict=True))
+        }
 
 
-class _Ray(NamedTuple):
-    """One ray and the rows of the triangles that it may hit: none where it is invalid."""
+class _Rays(NamedTuple):
+    """Rays as float64; `is_sound` is filled in by the filter."""
 
-    origin: NDArray[np.float64]
-    direction: NDArray[np.float64]
-    t_min: float
-    t_max: float
-    rows: NDArray[np.intp]
+    origins: Floats
+    directions: Floats
+    t_min: Floats
+    t_max: Floats
+    is_valid: NDArray[np.bool_]
+    is_sound: NDArray[np.bool_]
 
-
-def _lower_bounds(
-    origin: NDArray[np.float64], direction: NDArray[np.float64], corners: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """A number for each triangle that no t of a hit is below.
-
-    t = (p - o) . d / d . d for the point p that is hit, a mean of the corners, so no t is below the smallest of theirs.
-    With P = max|c - o|, D = max|d| and u = 2^-53: (c - o) . d has 3 terms of at most P D with 4 roundings each; d . d
-    and the division bring 4 more, relative to at most 3 P D / d . d. In all 24 u, below 2^-47, times P D / d . d.
-    """
-    with np.errstate(all="ignore"):
-        away = corners - origin
-        square = direction @ direction
-        bounds = (away @ direction / square).min(axis=1)
-        bounds -= 2.0**-47 * np.abs(away).max(initial=0) * np.abs(direction).max() / square
-    return np.where((square > RANGE[0]) & np.isfinite(bounds), bounds, -np.inf)
+    def part(self, first: int, count: int) -> _Rays:
+        part = slice(first, first + count)
+        limits = self.t_min[part], self.t_max[part]
+        return _Rays(self.origins[part], self.directions[part], *limits, self.is_valid[part], self.is_sound[part])
 
 
-class _Filter:
-    """Leaves out triangles whose three edges the line passes, beyond doubt, on differing sides.
+class _Nearest(NamedTuple):
+    """Of a block: rows of what is hit, how many at that t; and for the rays that whole numbers decided all of them."""
 
-    For the edge e = b - a and the line o + s d, the side is the sign of (a - o) x e . d = d . (a x e) - (d x o) . e:
-    one matrix product of rays and edges. With e divided by its largest component, the rays' rows by D (R + O), where
-    D = max|d|, R = max|a|, O = max|o| (components, from the mesh's centre), it is a sum of 12 products of three,
-    6 at most R / (R + O) and 6 at most O / (R + O) in size. Each meets at most 14 roundings: moving to the centre 1,
-    edge 1, two scalings 4, the cross product's product and difference 2, the product with d or e 1, the sum of six 5.
-    So the error is below 6 (1 + u)^14 - 6 < 85 u with u = 2^-53, and 128 u = 2^-46 is a safe margin.
-    Underflow is harmless while R + O and D keep away from the ends of the range; else every triangle is kept.
-    """
+    triangle: NDArray[np.int64]
+    ties: NDArray[np.int64]
+    doubtful: dict[int, list[tuple[Meeting, int]]]
 
-    MARGIN = 2.0**-46
-    BLOCK = 1 << 18  # rays times triangles, so that the products stay in the cache
 
-    def __init__(self, corners: NDArray[np.float64]) -> None:
-        self.count = len(corners)
-        with np.errstate(all="ignore"):
-            points = corners.reshape(-1, 3)
-            self.centre = (points.min(axis=0) / 2 + points.max(axis=0) / 2) if self.count else np.zeros(3)
-            start = points - self.centre
-            edge = np.roll(corners, -1, axis=1).reshape(-1, 3) - points
-            longest = np.abs(edge).max(axis=1, keepdims=True)
-            edge = edge / np.where(longest > 0, longest, 1.0)
-            self.edges = np.hstack([np.cross(start, edge), edge]).reshape(-1, 3, 6).transpose(1, 2, 0).copy()
-            self.radius = float(np.abs(start).max(initial=0.0))
-
-    def candidates(self, origins: NDArray[np.float64], directions: NDArray[np.float64]) -> Iterator[NDArray[np.intp]]:
-        """For each ray the rows, ascending, that only exact arithmetic can decide."""
-        step = max(1, self.BLOCK // max(1, self.count))
-        for first in range(0, len(origins), step):
-            yield from self._block(origins[first : first + step], directions[first : first + step])
-
-    def _block(self, origins: NDArray[np.float64], directions: NDArray[np.float64]) -> Iterator[NDArray[np.intp]]:
-        low, high = RANGE
-        with np.errstate(all="ignore"):
-            origin = origins - self.centre
-            size = self.radius + np.abs(origin).max(axis=1, keepdims=True)
-            length = np.abs(directions).max(axis=1, keepdims=True)
-            rays = np.hstack([directions, np.cross(origin, directions)]) / (size * length)
-            side = [rays @ edges for edges in self.edges]
-            positive = (side[0] >= -self.MARGIN) & (side[1] >= -self.MARGIN) & (side[2] >= -self.MARGIN)
-            negative = (side[0] <= self.MARGIN) & (side[1] <= self.MARGIN) & (side[2] <= self.MARGIN)
-        sound = ((low < size) & (size < high) & (low < length) & (length < high)).ravel()
-        keep = positive | negative | ~sound[:, None]
-        for row in keep:
-            yield np.flatnonzero(row)
+def _first(hits: list[tuple[Meeting, int]]) -> list[tuple[Meeting, int]]:
+    """Those at the smallest t."""
+    best: list[tuple[Meeting, int]] = []
+    for hit in hits:
+        order = hit[0].order(best[0][0]) if best else -1
+        if order < 0:
+            best = [hit]
+        elif order == 0:
+            best.append(hit)
+    return best
 
 
 def ulp(truth: Fraction, dtype: type[np.floating]) -> Fraction:

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from tests import meshes
-from tests.oracle import Hit, Oracle, crossing, exact, is_valid, ulp
+from tests.oracle import Hit, Oracle, are_valid, crossing, exact, ulp
+from tests.oracle_filter import SideFilter, distances, meetings
 
 INF, NAN = float("inf"), float("nan")
 RIGHT = ((0, 0, 0), (4, 0, 0), (0, 4, 0))
@@ -34,6 +35,8 @@ def cross(origin, direction, corners=RIGHT):
 )
 def test_hit(origin, direction, t, u, v):
     assert cross(origin, direction) == (t, u, v)
+    truth = Oracle(*meshes.from_corners([RIGHT])).decide(origin, direction, -INF)
+    assert truth.hit(0) == Hit(t, 0, u, v) and truth.triangle.tolist() == [0] and truth.ties.tolist() == [1]
 
 
 @pytest.mark.parametrize("order", [(0, 1, 2), (1, 2, 0), (2, 0, 1), (0, 2, 1), (2, 1, 0), (1, 0, 2)])
@@ -57,6 +60,8 @@ def test_neither_order_nor_side_changes_a_hit(order):
 )
 def test_just_outside_or_in_the_plane_is_a_miss(origin, direction):
     assert cross(origin, direction) is None
+    truth = Oracle(*meshes.from_corners([RIGHT])).decide(origin, direction, -INF)
+    assert truth.hit(0) is None and truth.triangle.tolist() == [-1] and truth.ties.tolist() == [0]
 
 
 @pytest.mark.parametrize(
@@ -93,6 +98,10 @@ def test_closest_takes_the_lower_row_of_a_tie_and_respects_the_limits():
     assert [hit.triangle for hit in next(oracle.crossings(*ray, t_max=1))] == [3]
 
 
+def is_valid(origin, direction, t_min, t_max):
+    return are_valid(*(np.array([part], np.float64) for part in (origin, direction, t_min, t_max))).tolist() == [True]
+
+
 def test_invalid():
     assert is_valid([0, 0, 0], [0, 0, 1], -INF, INF)
     assert is_valid([0, 0, 0], [0, -0.0, 5e-324], 3, 2)
@@ -115,23 +124,69 @@ def test_a_triangle_with_a_vertex_at_infinity_is_left_out():
     assert [hit.triangle for hit in next(Oracle(*mesh).crossings([0.1, 0.1, 1], [0, 0, -1]))] == [1]
 
 
-@pytest.mark.parametrize("offset", [0.0, 1e6])
-@pytest.mark.parametrize("scale", [2.0**-300, 2.0**-100, 1.0, 2.0**100, 2.0**300])
-def test_the_filter_drops_nothing_that_is_hit(scale, offset):
-    rng = np.random.default_rng(5)
-    corners = rng.integers(-2, 3, (40, 3, 3)) + offset
-    origins = rng.integers(-3, 4, (20, 3)) + offset
+def lattice_case(scale, offset, seed=5):
+    rng = np.random.default_rng(seed)
+    corners = (rng.integers(-2, 3, (40, 3, 3)) + offset) * scale
+    origins = (rng.integers(-3, 4, (20, 3)) + offset) * scale
     directions = rng.integers(-2, 3, (20, 3)) * 2.0 ** rng.integers(-30, 30, (20, 1))
-    oracle = Oracle(*meshes.from_corners(corners * scale, np.float64))
-    hit = 0
-    for ray, hits in enumerate(oracle.crossings(origins * scale, directions, -INF)):
-        if not directions[ray].any():
-            continue
-        o, d = exact(origins[ray] * scale), exact(directions[ray])
-        all_rows = [row for row in range(40) if crossing(o, d, *(exact(corner) for corner in oracle.corners[row]))]
-        assert sorted(found.triangle for found in hits) == all_rows
-        hit += len(all_rows)
-    assert hit > 50
+    return corners, origins, directions
+
+
+def random_case(scale, offset, seed=6):
+    """No numbers with few bits: aimed at corners, at points of edges and at points beside them."""
+    rng = np.random.default_rng(seed)
+    corners = (rng.normal(size=(40, 3, 3)) + offset) * scale
+    origins = (3 * rng.normal(size=(20, 3)) + offset) * scale
+    weight = rng.choice([0, 0.3, 0.5], (20, 1))
+    target = corners[:20, 0] * (1 - weight) + corners[:20, 1] * weight
+    target[::3] = corners[:20:3].mean(axis=1)
+    return corners, origins, target - origins
+
+
+@pytest.mark.parametrize("case", [lattice_case, random_case])
+@pytest.mark.parametrize("offset", [0.0, 1e6])
+@pytest.mark.parametrize("scale", [2.0**-1060, 2.0**-150, 1.0, 2.0**300, 2.0**1000])
+def test_filter_and_whole_numbers_against_the_definition(case, scale, offset):
+    """Every pair of a ray and a triangle: who is hit, what the filter says beyond doubt, and every bound on t, u, v."""
+    corners, origins, directions = case(scale, offset)
+    directions[~directions.any(axis=1)] = [0, 0, 1]
+    mesh = meshes.from_corners(corners, np.float64)
+    oracle = Oracle(*mesh)
+    truth = oracle.decide(origins, directions, -INF)
+    inside = {}
+    for block in SideFilter(oracle.corners).blocks(origins, directions):
+        rays = (block.pairs.ray + block.first).tolist()
+        inside.update(zip(zip(rays, block.pairs.triangle.tolist(), strict=True), block.pairs.is_inside, strict=True))
+    hit = proved = 0
+    for ray, hits in enumerate(oracle.crossings(origins, directions, -INF)):
+        o, d = exact(origins[ray]), exact(directions[ray])
+        found = {row: crossing(o, d, *(exact(corner) for corner in oracle.corners[row])) for row in range(len(corners))}
+        expected = [Hit(met[0], row, *met[1:]) for row, met in found.items() if met]
+        assert hits == sorted(expected, key=lambda hit: (hit.t, hit.triangle))
+        assert all(found[row] for row in found if inside.get((ray, row), False))
+        assert all((ray, row) in inside for row in found if found[row])
+        assert truth.hit(ray) == (hits[0] if hits else None)
+        assert truth.ties[ray] == sum(hit.t == hits[0].t for hit in hits)
+        hit += len(hits)
+        if expected:
+            rows = [row for _, row, *_ in expected]
+            many = np.repeat(origins[ray : ray + 1], len(rows), 0), np.repeat(directions[ray : ray + 1], len(rows), 0)
+            sound = np.full(len(rows), abs(np.log2(scale)) <= 300)
+            low, high = distances(*many, oracle.corners[rows], sound)
+            near = meetings(*many, oracle.corners[rows], sound)
+            for i, (t, _, u, v) in enumerate(expected):
+                assert low[i] <= t <= high[i]
+                for value, error, true in (near[:2] + (t,), near[2:4] + (u,), near[4:] + (v,)):
+                    if np.isfinite(error[i]):
+                        assert abs(fraction(value[i]) - true) <= fraction(error[i])
+                        proved += 1
+    assert hit > 50 and (proved > 100 or offset or abs(np.log2(scale)) > 300)
+
+
+def fraction(value):
+    """A longdouble as the fraction it is: float(value) would round it."""
+    high = float(value)
+    return Fraction(high) + Fraction(float(value - np.longdouble(high)))
 
 
 def test_nearest_is_the_head_of_all_crossings():
@@ -151,8 +206,9 @@ def test_the_filter_leaves_out_most():
     mesh = meshes.icosphere(3)
     origins = np.full((20, 3), [0.1, 0.2, 0.3])
     directions = np.random.default_rng(3).normal(size=(20, 3))
-    kept = [len(rows) for rows in Oracle(*mesh)._filter.candidates(origins, directions)]
-    assert max(kept) <= 12
+    [block] = SideFilter(mesh.corners().astype(np.float64)).blocks(origins, directions)
+    assert np.bincount(block.pairs.ray).max() <= 12
+    assert block.pairs.is_inside.sum() >= 30
 
 
 @pytest.mark.parametrize(
