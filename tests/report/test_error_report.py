@@ -19,7 +19,7 @@ from addon.pipeline.scene import SceneData
 from addon.pipeline.settings import Settings
 from addon.report import error_arguments
 from addon.report.error import command, png_plot, report, svg_plot
-from addon.report.error.comparison import compared, leaks, ulp
+from addon.report.error.comparison import compared, leaks, neighbours, ulp
 from addon.report.error.methods import EXACT, WATERTIGHT, Answers, Embree, Naive, Ours
 from addon.report.error.options import Options
 from addon.report.error.pareto import front
@@ -111,7 +111,7 @@ def test_rays_are_of_every_kind(results):
 
 def test_the_naive_one_is_given_few_rays_and_a_missing_one_none(results):
     naive = next(row for row in results.hits.rows if row.name == Naive().name)
-    assert naive.every == 1 and Naive().every(Mesh("", np.eye(3), np.zeros((10**6, 3), np.int32)), 1000) == 500
+    assert naive.every == 1 and Naive().every(Mesh("", np.eye(3), np.zeros((10**6, 3), np.int32)), 1000) == 100
     missing = next(row for row in results.hits.rows if row.name == "elsewhere")
     assert missing.missing == "it is not installed" and not missing.rays
 
@@ -249,7 +249,14 @@ def test_a_comparison_counts_each_kind_of_error():
     changed = compared(Answers(rows, t), truth)
     counted = (changed.missed, changed.other_triangle, changed.false_hit)
     assert [np.flatnonzero(flags).tolist() for flags in counted] == [[first], [second], [miss]]
-    slipped = leaks(Answers(rows, t), truth, changed, mesh.vertices[mesh.triangles])
+    touches = neighbours(Answers(rows, t), truth, changed, mesh.vertices[mesh.triangles])
+    assert not touches[second]
+    slipped = leaks(Answers(rows, t), truth, changed, touches)
+    corners = set(mesh.triangles[hits.triangle[second]])
+    rows[second] = next(row for row in range(80) if len(corners & set(mesh.triangles[row])) == 2)
+    touches = neighbours(Answers(rows, t), truth, changed, mesh.vertices[mesh.triangles])
+    assert np.flatnonzero(touches).tolist() == [second]
+    assert not leaks(Answers(rows, t), truth, changed, touches)[second]
     assert slipped[first] and not slipped[miss]
     assert ulp(np.array([1.0, 1.5, 2.0, 0.0])).tolist() == [2.0**-23, 2.0**-23, 2.0**-22, 2.0**-149]
 

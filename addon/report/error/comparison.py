@@ -53,16 +53,20 @@ def ulp(t: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.ldexp(1.0, np.where(t == 0, -149, np.clip(exponent - 24, -149, 104)))
 
 
-def leaks(answers: Answers, truth: Nearest, comparison: Comparison, corners: NDArray[np.floating[Any]]) -> Flags:
-    """(N,) rays that slip through what they hit: a miss, or a triangle further away that shares no corner with any that
-    is nearest."""
-    found = comparison.missed.copy()
+def neighbours(answers: Answers, truth: Nearest, comparison: Comparison, corners: NDArray[np.floating[Any]]) -> Flags:
+    """(N,) where another triangle than the nearest is named, and shares a corner with it: hardly seen in a picture."""
+    found = np.zeros_like(comparison.missed)
     for ray in np.flatnonzero(comparison.other_triangle).tolist():
         nearest = truth.ties.get(ray, (int(truth.triangle[ray]),))
         named = {tuple(corner) for corner in corners[answers.triangle[ray]].tolist()}
-        touches = any(tuple(corner) in named for row in nearest for corner in corners[row].tolist())
-        found[ray] = not touches and float(answers.t[ray]) > truth.t[ray]
+        found[ray] = any(tuple(corner) in named for row in nearest for corner in corners[row].tolist())
     return found
+
+
+def leaks(answers: Answers, truth: Nearest, comparison: Comparison, is_neighbour: Flags) -> Flags:
+    """(N,) rays that slip through what they hit: a miss, or a triangle further away that is no neighbour."""
+    beyond = answers.t.astype(np.float64) > truth.t
+    return comparison.missed | (comparison.other_triangle & ~is_neighbour & beyond)
 
 
 def quantile(errors: NDArray[np.float64], share: float) -> float | None:

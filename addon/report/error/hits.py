@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from . import rays as kinds_of_rays
-from .comparison import Comparison, compared, leaks, quantile
+from .comparison import Comparison, compared, leaks, neighbours, quantile
 from .methods import Answers, Built, Method
 from .pareto import front
 from .progress import Progress
@@ -20,6 +20,8 @@ from .subject import Subject
 from .truth import Nearest, Truth
 
 WORST = 5
+SLOW = 5.0
+"""A method that takes more seconds than this is measured once."""
 MILLION = 1_000_000
 
 
@@ -58,6 +60,8 @@ class Row:
     missed: int = 0
     false_hits: int = 0
     other_triangle: int = 0
+    neighbours: int = 0
+    """Of those, how many share a corner with the nearest."""
     leaks: int = 0
     aimed: int = 0
     wrong_by_kind: dict[str, int] = field(default_factory=dict)
@@ -119,6 +123,7 @@ def measure(
     progress.begin("hits")
     answered: dict[str, dict[str, Answers]] = {}
     clocks: dict[str, list[tuple[float, float]]] = {}
+    spent: dict[str, float] = {}
     hits.rows += [Row(method.name, method.note, method.missing()) for method in methods]
     present = [
         (method, row) for method, row in zip(methods, hits.rows[-len(methods) :], strict=True) if not row.missing
@@ -126,7 +131,7 @@ def measure(
     for turn in range(rounds + 1):
         for number, (method, row) in enumerate(present):
             row.every = method.every(mesh, count)
-            if turn > 1 and row.every > 1:
+            if turn and (row.name in clocks) and (row.every > 1 or spent[row.name] > SLOW):
                 continue
             where = f"{method.name}, round {turn} of {rounds}" if turn else method.name
             progress.tell(where, (turn + number / len(present)) / (rounds + 1))
@@ -140,7 +145,9 @@ def measure(
                 _judge(row, answers, kinds, truth)
                 _facts(row, built, kinds, len(mesh.triangles))
                 answered[row.name] = answers
-            if turn or rounds == 0:
+            spent[row.name] = perf_counter() - started
+            # What is slow needs no warming up, and is measured once.
+            if turn or spent[row.name] > SLOW:
                 clocks.setdefault(row.name, []).append((ready - started, seconds))
             _time(row, clocks.get(row.name, []))
         hits.rounds = turn
@@ -194,8 +201,10 @@ def _judge(row: Row, answers: Mapping[str, Answers], kinds: Mapping[str, Kind], 
         row.false_hits += int(comparison.false_hit.sum())
         row.other_triangle += int(comparison.other_triangle.sum())
         row.wrong_by_kind[name] = int(comparison.wrong.sum())
+        is_neighbour = neighbours(found, nearest, comparison, truth.corners)
+        row.neighbours += int(is_neighbour.sum())
         if name in kinds_of_rays.AIMED:
-            row.leaks += int(leaks(found, nearest, comparison, truth.corners).sum())
+            row.leaks += int(leaks(found, nearest, comparison, is_neighbour).sum())
             row.aimed += len(nearest)
         errors.append(comparison.t_error)
         worst += _worst(name, row.every, found, nearest, comparison)

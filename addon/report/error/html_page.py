@@ -18,7 +18,8 @@ h3 { font-size: 1.05em } p { max-width: 48em }
 table { border-collapse: collapse; font-size: 12.5px; margin: 1em 0; font-variant-numeric: tabular-nums }
 th, td { padding: 2px 8px; text-align: right; border-bottom: 1px solid #ddd; vertical-align: top }
 th { border-bottom: 1px solid #555; vertical-align: bottom } th:first-child, td:first-child { text-align: left }
-td.text { text-align: left } .range { color: #666; font-size: 11px; white-space: nowrap }
+.words td:nth-child(-n+3), .words th:nth-child(-n+3) { text-align: left }
+.range { color: #666; font-size: 11px; white-space: nowrap }
 .front { font-weight: bold } .bad { color: #b00 } .note { color: #555; font-size: 12.5px }
 .incomplete { border: 2px solid #b00; padding: .5em 1em; font-weight: bold }
 figure { margin: 1em 0; break-inside: avoid } figure svg { width: 100%; max-width: 760px; height: auto }
@@ -52,11 +53,11 @@ def paragraph(text: str, kind: str = "") -> str:
     return f'<p class="{kind}">{escape(text)}</p>' if kind else f"<p>{escape(text)}</p>"
 
 
-def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Cells are text, or `Html`."""
+def table(heads: Sequence[str], rows: Iterable[Sequence[str]], words: str = "") -> str:
+    """Cells are text, or `Html`; `words` are a class of the table."""
     head = "".join(f"<th>{_cell(text)}</th>" for text in heads)
     body = "\n".join("<tr>" + "".join(f"<td>{_cell(cell)}</td>" for cell in row) + "</tr>" for row in rows)
-    return f"<table><thead><tr>{head}</tr></thead>\n<tbody>{body}</tbody></table>"
+    return f'<table class="{words}"><thead><tr>{head}</tr></thead>\n<tbody>{body}</tbody></table>'
 
 
 def _cell(text: str) -> str:

@@ -15,7 +15,7 @@ from ...pipeline.mesh import Mesh
 from ..structures import NOT_IN_THIS_VERSION
 from .rays import Rays
 
-PAIRS = 2_000_000
+PAIRS = 10_000_000
 """Pairs of ray and triangle that the naive method is given: it tests them all."""
 
 

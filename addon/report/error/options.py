@@ -7,7 +7,7 @@ from typing import Any
 
 from ...pipeline.errors import UserError
 
-SECTIONS = ("hits",)
+SECTIONS = ("hits", "image", "stability", "left out")
 
 
 @dataclass(frozen=True)
@@ -17,6 +17,15 @@ class Options:
     rays: int = 50_000
     rounds: int = 5
     threads: int = 1
+    width: int = 640
+    """Of pictures, at most."""
+    samples: int = 32
+    """Most a pixel; the reference has eight times as many."""
+    steps: int = 16
+    """Most of a sweep."""
+    sweep_rays: int = 2_000
+    pairs: int = 11
+    """That parts left out are measured by."""
     quick: bool = False
     sections: tuple[str, ...] = SECTIONS
     max_wrong: int | None = None
@@ -41,5 +50,5 @@ class Options:
         return {**chosen, "sections": ", ".join(self.sections)}
 
 
-QUICK = {"rays": 4_000, "rounds": 2}
+QUICK = {"rays": 3_000, "rounds": 2, "width": 160, "samples": 8, "steps": 4, "sweep_rays": 150, "pairs": 3}
 """For about a minute."""

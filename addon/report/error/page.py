@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from . import hits_page, svg_plot
+from . import hits_page, image_page, stability_page, svg_plot
 from . import html_page as html
 from .plot import Plot
 from .results import Results
@@ -12,7 +12,12 @@ from .results import Results
 
 def plots(results: Results) -> list[Plot]:
     """All of them that show anything."""
-    return [plot for plot in hits_page.plots(results.hits) if not plot.is_empty]
+    drawn = [
+        *hits_page.plots(results.hits),
+        *image_page.plots(results.image),
+        *stability_page.plots(results.stability),
+    ]
+    return [plot for plot in drawn if not plot.is_empty]
 
 
 def text(results: Results) -> str:
@@ -34,3 +39,9 @@ def _parts(results: Results) -> Iterator[str]:
         yield html.paragraph(note, "note")
     if results.hits.rows:
         yield from hits_page.section(results.hits)
+    if results.image.rows:
+        yield from image_page.image_section(results.image)
+    if results.stability.rows:
+        yield from stability_page.section(results.stability)
+    if results.left_out.rows:
+        yield from image_page.left_out_section(results.left_out)

@@ -10,15 +10,20 @@ import bihtree
 
 from ...pipeline.errors import UserError
 from ...pipeline.files import written_beside
-from . import hits, machine, page, png_plot, result_files
+from . import hits, image_error, left_out, machine, page, png_plot, result_files, stability
 from .methods import EXACT, WATERTIGHT, Method
 from .options import Options
 from .progress import Progress, Told
 from .results import Results
 from .subject import Subject
 
-WEIGHTS = {"truth": 2.0, "hits": 3.0}
-"""How the parts share the time, about."""
+WEIGHTS = {
+    "hits": {"truth": 2.0, "hits": 3.0},
+    "image": {"image": 2.0},
+    "stability": {"stability": 4.0},
+    "left out": {"left out": 1.0},
+}
+"""How the parts of each section share the time, about."""
 PAGE, JSON, CSV = "index.html", "results.json", "results.csv"
 
 
@@ -47,10 +52,16 @@ def measured(subject: Subject, options: Options, methods: Sequence[Method], told
         notes=[*subject.scene.skipped],
     )
     started = perf_counter()
-    progress = Progress(told, WEIGHTS)
+    progress = Progress(told, {part: w for name in options.sections for part, w in WEIGHTS[name].items()})
     try:
         if "hits" in options.sections:
             hits.measure(results.hits, subject, methods, options.rays, options.rounds, progress)
+        if "image" in options.sections:
+            image_error.measure(results.image, subject, options.width, options.samples, options.rounds, progress)
+        if "stability" in options.sections:
+            stability.measure(results.stability, methods, options.sweep_rays, options.steps, options.rounds, progress)
+        if "left out" in options.sections:
+            left_out.measure(results.left_out, subject, options.width, options.pairs, progress)
         progress.end()
     except bihtree.Cancelled:
         results.incomplete = "cancelled"

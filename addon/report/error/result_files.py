@@ -22,6 +22,8 @@ def plain(value: Any) -> Any:
         return plain(asdict(value))
     if isinstance(value, dict):
         return {str(key): plain(part) for key, part in value.items()}
+    if isinstance(value, bytes):
+        return f"{len(value)} bytes of PNG, in the page"
     if isinstance(value, (list, tuple)):
         return [plain(part) for part in value]
     return None if isinstance(value, float) and not isfinite(value) else value
@@ -46,6 +48,13 @@ def as_csv(results: Results) -> str:
 
 def _tables(results: Results) -> Iterator[tuple[str, list[Any]]]:
     yield "hits", list(results.hits.rows)
+    yield "image", [_named(row, f"{row.name}, {row.samples} samples") for row in results.image.rows]
+    yield "stability", [_named(row, f"{row.sweep}: {row.name}") for row in results.stability.rows]
+    yield "left out", list(results.left_out.rows)
+
+
+def _named(row: Any, name: str) -> dict[str, Any]:
+    return {**asdict(row), "name": name}
 
 
 def _lines(section: str, name: str, k: object, fields: dict[str, Any]) -> Iterator[list[object]]:

@@ -6,6 +6,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from .hits import Hits
+from .image_error import Image
+from .left_out import LeftOut
+from .stability import Stability
 
 
 @dataclass
@@ -25,3 +28,6 @@ class Results:
     notes: list[str] = field(default_factory=list)
     """What was left out, and why."""
     hits: Hits = field(default_factory=Hits)
+    image: Image = field(default_factory=Image)
+    stability: Stability = field(default_factory=Stability)
+    left_out: LeftOut = field(default_factory=LeftOut)

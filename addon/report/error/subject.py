@@ -44,6 +44,14 @@ class Subject:
             raise UserError(f"{self.source}: scene {self.scene.name!r} has no camera; add one and save the file again")
         return self.scene.camera
 
+    def in_width(self, most: int) -> Subject:
+        """The same picture in at most so many pixels across."""
+        view = self.camera
+        if view.width <= most:
+            return self
+        height = max(1, round(view.height * most / view.width))
+        return replace(self, scene=replace(self.scene, camera=replace(view, width=most, height=height)))
+
     def moved(self, sizes: float) -> Subject:
         """All of it, camera too, moved by so many times its size, in double precision."""
         if not sizes:
