@@ -101,7 +101,7 @@ format: $(VENV)/.tests
 	cd benchmarks/harness && cargo fmt
 
 lock: $(VENV)/.tests
-	for name in requirements requirements-dev; do $(BIN)/uv pip compile --quiet --universal --python-version 3.11 \
+	for name in requirements requirements-addon requirements-dev; do $(BIN)/uv pip compile --quiet --universal --python-version 3.11 \
 		--generate-hashes --no-annotate --custom-compile-command "make lock" --output-file $$name.lock $$name.in; done
 
 clean:

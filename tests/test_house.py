@@ -116,7 +116,7 @@ def test_no_file_is_large() -> None:
     assert not [shown(path) for path in large if path.suffix not in {".so", ".pyd"}]
 
 
-@pytest.mark.parametrize("name", ["requirements", "requirements-dev"])
+@pytest.mark.parametrize("name", ["requirements", "requirements-addon", "requirements-dev"])
 def test_every_pin_has_its_reason_and_its_hashes(name: str) -> None:
     lines = (PROJECT / f"{name}.in").read_text().splitlines()
     pins = [line for line in lines if line and not line.startswith(("#", "-r "))]

@@ -1,4 +1,5 @@
-"""The extension's zip, with bihtree's wheel inside, made by the builder that comes with bpy.
+"""The extension's zip, with bihtree's wheel and those of requirements-addon.lock inside, made by the builder that
+comes with bpy.
 
 build/venv/bin/python tools/package.py                print the path of the zip in build/
 build/venv/bin/python tools/package.py linux-arm64    for that platform, on any Linux that has Rust's library for it
@@ -53,22 +54,35 @@ def build_wheel(blender_platform: str, folder: Path) -> Path:
     return wheel
 
 
-def build_extension(blender_platform: str, wheel: Path) -> Path:
-    """Blender's builder twice: it leaves out what the manifest excludes, then puts the wheel in.
+def pure_wheels(folder: Path) -> list[Path]:
+    """Those that are pinned, with their hashes; the package index has them."""
+    shutil.rmtree(folder, ignore_errors=True)
+    pinned = ("--require-hashes", "--requirement", PROJECT / "requirements-addon.lock")
+    _run(
+        *(sys.executable, "-m", "pip", "download", "--quiet", "--disable-pip-version-check"),
+        *("--no-deps", "--only-binary", ":all:", *pinned, "--dest", folder),
+    )
+    return sorted(folder.glob("*-none-any.whl"))
 
-    The manifest of the repository cannot name the wheel: its file name says which platform it was built on.
+
+def build_extension(blender_platform: str, wheels: list[Path]) -> Path:
+    """Blender's builder twice: it leaves out what the manifest excludes, then puts the wheels in.
+
+    The manifest of the repository cannot name them: a file name says which platform bihtree's was built on.
     """
-    source, part = WORK / "source", WORK / "without_wheel.zip"
+    source, part = WORK / "source", WORK / "without_wheels.zip"
     shutil.rmtree(source, ignore_errors=True)
     _blender_extension("build", "--source-dir", PROJECT, "--output-filepath", part)
     with zipfile.ZipFile(part) as archive:
         archive.extractall(source)
     (source / "wheels").mkdir()
-    shutil.copy2(wheel, source / "wheels")
+    for wheel in wheels:
+        shutil.copy2(wheel, source / "wheels")
 
     manifest = source / "blender_manifest.toml"
     text = manifest.read_text(encoding="utf-8")
-    added = f'wheels = ["./wheels/{wheel.name}"]\nplatforms = ["{blender_platform}"]\n'
+    names = ", ".join(f'"./wheels/{wheel.name}"' for wheel in wheels)
+    added = f'wheels = [{names}]\nplatforms = ["{blender_platform}"]\n'
     manifest.write_text(added + text, encoding="utf-8")
 
     about = tomllib.loads(text)
@@ -100,4 +114,5 @@ if __name__ == "__main__":
     chosen = sys.argv[1] if len(sys.argv) > 1 else this_platform()
     if chosen not in {this_platform(), *TARGETS}:
         sys.exit(f"{chosen} cannot be built for here; {', '.join(TARGETS)} can be, on Linux")
-    print(build_extension(chosen, build_wheel(chosen, WORK / "wheels")))
+    ours = build_wheel(chosen, WORK / "wheels")
+    print(build_extension(chosen, [ours, *pure_wheels(WORK / "pure")]))

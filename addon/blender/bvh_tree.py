@@ -17,12 +17,12 @@ from ..report.error.rays import Rays
 class BlenderTree:
     """In single precision."""
 
-    is_here: bool
+    why_missing: str = ""
     name: str = "Blender's BVHTree"
     note: str = "a call a ray from Python, most of its time; in single precision; does not tell its memory"
 
     def missing(self) -> str:
-        return "" if self.is_here else "there is no Blender here"
+        return self.why_missing
 
     def every(self, mesh: Mesh, rays: int) -> int:
         return max(1, rays // 20_000)

@@ -8,10 +8,11 @@ from contextlib import contextmanager
 import bpy
 
 from .engine import BihPreviewEngine
+from .operators import BIH_OT_report
 from .panels import RENDER_PT_bih, panels_of_any_engine
 from .properties import BihSettings
 
-CLASSES = (BihSettings, BihPreviewEngine, RENDER_PT_bih)
+CLASSES = (BihSettings, BihPreviewEngine, BIH_OT_report, RENDER_PT_bih)
 
 
 def register() -> None:

@@ -35,6 +35,7 @@ class RENDER_PT_bih(bpy.types.Panel):
         row = layout.row()
         row.enabled = not missing
         row.operator("render.render", text="Render", icon="RENDER_STILL")
+        row.operator("bih.report", icon="GRAPH")
         summary = layout.column(align=True)
         for line in BihPreviewEngine.last_summary:
             summary.label(text=" ".join(line.split()))

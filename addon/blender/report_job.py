@@ -21,4 +21,4 @@ def methods() -> list[Method]:
     """Blender's own tree; it says itself where there is no Blender."""
     from .bvh_tree import BlenderTree
 
-    return [BlenderTree(is_here=bool(find_spec("bpy")))]
+    return [BlenderTree("" if find_spec("bpy") else "there is no Blender here")]

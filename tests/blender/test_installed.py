@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import re
 import sys
 from pathlib import Path
 
@@ -79,3 +81,23 @@ def test_wrong_usage_is_exit_status_2(profile: Path, tmp_path: Path) -> None:
     )
     assert done.returncode == 2, done.stdout + done.stderr
     assert not list(tmp_path.iterdir())
+
+
+def test_the_report_needs_nothing_but_the_extension(profile: Path, tmp_path: Path) -> None:
+    """Its plots come from the wheels in the zip, which Blender itself does not have."""
+    folder = tmp_path / "report"
+    arguments = ["report", "--scene", BUNNY, "--only", "hits,left-out", "--quick", "--rays", 200, "--rounds", 1]
+    bars = ["--max-wrong", 0, "--max-leaks", 0]
+    done = run(blender().command("--command", "bih", *arguments, *bars, "--output", folder), profile)
+    assert done.returncode == 0, done.stdout + done.stderr
+    page = (folder / "index.html").read_text()
+    assert "<svg" in page and "What was left out" in page
+    assert not re.findall(r"""<script|(?:src|href)\s*=\s*["'](?!data:|#)""", page)
+    results = json.loads((folder / "results.json").read_text())
+    assert results["machine"]["pygal"] == "3.1.3"
+    rows = {row["name"]: row for row in results["hits"]["rows"]}
+    for name in ("BIH watertight", "Blender's BVHTree"):
+        assert rows[name]["rays"] > 150 and not rows[name]["missing"]
+    assert rows["BIH watertight"]["missed"] == rows["BIH watertight"]["leaks"] == 0
+    absent = [row for row in rows.values() if row["missing"]]
+    assert all(f"{row['name']}: left out, {row['missing']}" in page for row in absent)

@@ -1,7 +1,8 @@
-"""What `make package` makes: the add-on and one wheel, and nothing of what builds, tests and explains it."""
+"""What `make package` makes: the add-on and its wheels, and nothing of what builds, tests and explains it."""
 
 from __future__ import annotations
 
+import hashlib
 import re
 import subprocess
 import sys
@@ -45,10 +46,25 @@ def test_nothing_else_is_in_it(archive: zipfile.ZipFile) -> None:
     assert {name for name in archive.namelist() if name.startswith("addon/")} == ADDON_FILES
 
 
-def test_the_manifest_names_the_wheel(archive: zipfile.ZipFile, manifest: dict[str, object]) -> None:
+def ours(archive: zipfile.ZipFile) -> str:
+    """bihtree's wheel in it."""
+    (name,) = (name for name in archive.namelist() if name.startswith("wheels/bihtree-"))
+    return name
+
+
+def test_the_manifest_names_the_wheels(archive: zipfile.ZipFile, manifest: dict[str, object]) -> None:
+    """Ours, and one of pure Python for each pin of requirements-addon.lock, unchanged."""
     wheels = [name for name in archive.namelist() if name.startswith("wheels/")]
-    assert len(wheels) == 1
-    assert manifest["wheels"] == [f"./{wheels[0]}"]
+    assert sorted(manifest["wheels"]) == sorted(f"./{name}" for name in wheels)
+    locked = (PROJECT / "requirements-addon.lock").read_text()
+    pins = set(re.findall(r"^([\w-]+)==(\S+)", locked, re.MULTILINE))
+    pure = [name for name in wheels if name != ours(archive)]
+    assert {tuple(PurePosixPath(name).name.split("-")[:2]) for name in pure} == {
+        (name.replace("-", "_"), version) for name, version in pins
+    }
+    for name in pure:
+        assert name.endswith("-py3-none-any.whl")
+        assert f"sha256:{hashlib.sha256(archive.read(name)).hexdigest()}" in locked
 
 
 def test_the_manifest_keeps_to_the_rules(manifest: dict[str, object]) -> None:
@@ -60,14 +76,14 @@ def test_the_manifest_keeps_to_the_rules(manifest: dict[str, object]) -> None:
 
 def test_one_version_everywhere(archive: zipfile.ZipFile, manifest: dict[str, object]) -> None:
     cargo = tomllib.loads((PROJECT / "native" / "Cargo.toml").read_text())
-    (wheel,) = (PurePosixPath(name).name for name in archive.namelist() if name.startswith("wheels/"))
+    wheel = PurePosixPath(ours(archive)).name
     assert manifest["version"] == cargo["workspace"]["package"]["version"] == wheel.split("-")[1]
     assert f"## {manifest['version']}" in (PROJECT / "CHANGELOG.md").read_text()
 
 
 def test_the_wheel_runs_wherever_blender_does(archive: zipfile.ZipFile, tmp_path: Path) -> None:
     """Any CPython from 3.11 on, and on Linux the glibc 2.28 that Blender's own builds ask for."""
-    (name,) = (name for name in archive.namelist() if name.startswith("wheels/"))
+    name = ours(archive)
     python, abi, tag = PurePosixPath(name).stem.split("-")[-3:]
     assert (python, abi) == ("cp311", "abi3")
     if sys.platform != "linux":
@@ -82,7 +98,7 @@ def test_the_wheel_runs_wherever_blender_does(archive: zipfile.ZipFile, tmp_path
 
 def test_the_packaged_wheel_gives_the_same_bits(archive: zipfile.ZipFile, tmp_path: Path) -> None:
     """It is linked by another linker than the module that all other tests run: one picture by both."""
-    (name,) = (name for name in archive.namelist() if name.startswith("wheels/"))
+    name = ours(archive)
     with zipfile.ZipFile(archive.open(name)) as wheel:
         wheel.extractall(tmp_path)
     code = (

@@ -53,11 +53,14 @@ def run(
 
 def chosen(arguments: Namespace) -> Options:
     """The options of a command line, checked. Raises UserError."""
-    given: dict[str, Any] = dict(QUICK) if arguments.quick else {}
-    for name in ("rays", "rounds", "threads", "max_wrong", "max_leaks"):
-        if getattr(arguments, name) is not None:
-            given[name] = getattr(arguments, name)
-    if arguments.only is None:
-        return Options(**given, quick=arguments.quick)
-    names = (name.strip().replace("-", " ") for name in arguments.only.split(","))
-    return Options(**given, quick=arguments.quick, sections=tuple(filter(None, names)))
+    names = ("rays", "rounds", "threads", "max_wrong", "max_leaks")
+    given = {name: value for name in names if (value := getattr(arguments, name)) is not None}
+    return options_of(arguments.quick, arguments.only, **given)
+
+
+def options_of(quick: bool, only: str | None, **given: Any) -> Options:
+    """With names of sections in `only`, by commas (None: all); a hyphen may stand for a blank. Raises UserError."""
+    if only is not None:
+        names = (name.strip().replace("-", " ") for name in only.split(","))
+        given["sections"] = tuple(filter(None, names))
+    return Options(**{**(QUICK if quick else {}), **given}, quick=quick)
