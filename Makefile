@@ -20,7 +20,7 @@ HARNESS := $(CURDIR)/build/bench/target
 NATIVE := rust-toolchain.toml native/Cargo.toml native/Cargo.lock \
 	$(shell find native/bih-core native/bih-python \( -name target -o -name __pycache__ \) -prune -o -print)
 
-.PHONY: help preview test bench bench-quick tables report lint types test-rust test-neon test-address test-miri test-memory test-loom \
+.PHONY: help preview test stress mutations bench bench-quick tables report lint types test-rust test-neon test-address test-miri test-memory test-loom \
 	test-python \
 	package real-blender format lock clean machine test-machine
 .DELETE_ON_ERROR:
@@ -31,6 +31,8 @@ help:
 	@echo "make test                      all checks and tests (lint, types, test-rust, test-neon, test-loom, test-python)"
 	@echo "make test-memory               what memory the core reads: AddressSanitizer, then Miri (two minutes)"
 	@echo "make test-loom                 every order in which threads can meet where a tree is built on demand"
+	@echo "make stress                    the hard cases long (hours): 10 million aimed rays, all of the sweeps, make mutations"
+	@echo "make mutations                 mistakes made on purpose in a copy of native/, each of which a test must see"
 	@echo "make bench [BENCH=--help]      measure beside the peers (half an hour), write docs/benchmarks.md"
 	@echo "make bench-quick               the same on small scenes: answers and counts alone, for CI"
 	@echo "make tables [TABLES=--help]    the slides' tables on this machine (some minutes), into docs/benchmarks.md"
@@ -87,6 +89,18 @@ test-memory: test-address test-miri
 test-python: $(VENV)/.tests $(VENV)/.bihtree
 	@$(BIN)/python tools/real_blender.py > /dev/null || true
 	$(BIN)/python -m pytest --quiet tests
+
+stress: export BIHTREE_STRESS := 1
+stress: export BIHTREE_EXAMPLES := 5000
+stress: export PROPTEST_CASES := 20000
+stress: $(VENV)/.tests $(VENV)/.bihtree
+	$(BIN)/python -m pytest --quiet tests/cases tests/native/test_integer_lattice.py tests/native/test_oracle.py
+	$(BIN)/python -m tests.sweep_table build/stress
+	cd native && cargo test --quiet --locked --release --package bih-core --test agreement
+	@$(MAKE) --no-print-directory mutations
+
+mutations: $(VENV)/.tests
+	@$(BIN)/python tools/mutations.py
 
 package: $(VENV)/.tests
 	@$(BIN)/python tools/package.py $(PLATFORM)

@@ -71,7 +71,9 @@ def distance_error(value: np.floating, truth: Fraction, promised: Promise) -> Fr
 
 def weight_error(value: np.floating, truth: Fraction, promised: Promise) -> Fraction:
     """The error of u or v over what is allowed; above 1 is wrong."""
-    return _ratio(abs(Fraction(float(value)) - truth), promised.of_weight(truth)) if np.isfinite(value) else Fraction(2)
+    if not 0 <= value <= 1:
+        return Fraction(2)
+    return _ratio(abs(Fraction(float(value)) - truth), promised.of_weight(truth))
 
 
 def _ratio(error: Fraction, allowed: Fraction) -> Fraction:
@@ -104,7 +106,9 @@ def _are_close(hits: Answers, truth: Truth, promised: Promise) -> NDArray[np.boo
     close = np.zeros(len(truth), np.bool_)
     with np.errstate(all="ignore"):
         close[hit] = (
-            _is_close(hits.t[hit], near.t, near.t_error, promised.format, promised.t_ulps, 0, promised.t_relative)
+            (np.minimum(hits.u, hits.v)[hit] >= 0)
+            & (np.maximum(hits.u, hits.v)[hit] <= 1)
+            & _is_close(hits.t[hit], near.t, near.t_error, promised.format, promised.t_ulps, 0, promised.t_relative)
             & _is_close(hits.u[hit], near.u, near.u_error, promised.format, promised.weight_ulps, promised.weight_error)
             & _is_close(hits.v[hit], near.v, near.v_error, promised.format, promised.weight_ulps, promised.weight_error)
         )

@@ -79,7 +79,11 @@ def are_valid(origins: Floats, directions: Floats, t_min: Floats, t_max: Floats)
 class Truth:
     """The closest hit of each ray: of several at one t the lowest row."""
 
-    def __init__(self, corners: Floats, rays: _Rays, triangle: NDArray[np.int64], ties: NDArray[np.int64]) -> None:
+    def __init__(
+        self, corners: Floats, rays: _Rays, triangle: NDArray[np.int64], ties: NDArray[np.int64], undecided: int
+    ) -> None:
+        self.undecided = undecided
+        """How many rays the filter left to whole numbers."""
         self.triangle = triangle
         """(N,) rows; -1 for a miss."""
         self.ties = ties
@@ -130,12 +134,14 @@ class Oracle:
         """The closest hit with t_min <= t <= t_max of each ray."""
         rays = self._rays(origins, directions, t_min, t_max)
         triangle, ties = np.full(len(rays.origins), -1), np.zeros(len(rays.origins), np.int64)
+        undecided = 0
         for first, nearest in self._nearest(rays):
             hit = nearest.triangle >= 0
             block = slice(first, first + len(hit))
             triangle[block][hit] = self.rows[nearest.triangle[hit]]
             ties[block] = nearest.ties
-        return Truth(self.corners, rays, triangle, ties)
+            undecided += len(nearest.doubtful)
+        return Truth(self.corners, rays, triangle, ties, undecided)
 
     def crossings(
         self, origins: ArrayLike, directions: ArrayLike, t_min: ArrayLike = 0.0, t_max: ArrayLike = np.inf

@@ -79,13 +79,13 @@ class SideFilter:
             length = np.abs(directions).max(axis=1, keepdims=True)
             rays = np.hstack([directions, np.cross(origin, directions)]) / (size * length)
             sides = [rays @ edges for edges in self.edges]
-            least = np.minimum(np.minimum(sides[0], sides[1]), sides[2])
-            most = np.maximum(np.maximum(sides[0], sides[1]), sides[2])
+            low_side = (sides[0] < -self.MARGIN) | (sides[1] < -self.MARGIN) | (sides[2] < -self.MARGIN)
+            high_side = (sides[0] > self.MARGIN) | (sides[1] > self.MARGIN) | (sides[2] > self.MARGIN)
         sound = ((low < size) & (size < high) & (low < length) & (length < high)).ravel()
         # What is not a number is kept.
-        is_outside = (least < -self.MARGIN) & (most > self.MARGIN) & sound[:, None]
-        ray, triangle = np.nonzero(~is_outside)
-        is_inside = (least[ray, triangle] > self.MARGIN) | (most[ray, triangle] < -self.MARGIN)
+        ray, triangle = np.nonzero(~(low_side & high_side & sound[:, None]))
+        kept = np.stack([side[ray, triangle] for side in sides])
+        is_inside = (kept > self.MARGIN).all(axis=0) | (kept < -self.MARGIN).all(axis=0)
         return Block(first, len(origins), Pairs(ray, triangle, is_inside & sound[ray]), sound)
 
 

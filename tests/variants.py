@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -68,6 +69,14 @@ FAST_VARIANTS = (
     Variant("fast-bvh", {"structure": "bvh", "precision": "fast", "threads": 2}),
 )
 
+STRESS = bool(os.environ.get("BIHTREE_STRESS"))
+"""Set by `make stress`: all that is short otherwise is long."""
+
+# Each structure, presorted and on demand, in each precision that is true; one thread and many.
+SOME = {"one-thread", "presorted", "on-demand", "kd_tree", "bvh"}
+SOME |= {"exact", "exact-classic-leaf-1", "exact-on-demand", "exact-kd_tree", "exact-bvh"}
+MANY_RAYS_VARIANTS = VARIANTS if STRESS else tuple(variant for variant in VARIANTS if variant.name in SOME)
+
 HIERARCHIES = tuple(variant for variant in VARIANTS if variant.structure == "bih")
 GLOBAL = tuple(variant for variant in HIERARCHIES if variant.heuristic == "global")
 KD_TREES = tuple(variant for variant in VARIANTS if variant.structure == "kd_tree")
@@ -81,4 +90,6 @@ every_hierarchy = pytest.mark.parametrize("variant", HIERARCHIES, ids=str)
 every_kd_tree = pytest.mark.parametrize("variant", KD_TREES, ids=str)
 every_bvh = pytest.mark.parametrize("variant", BVHS, ids=str)
 every_tree_of_one_reference = pytest.mark.parametrize("variant", ONE_REFERENCE, ids=str)
+every_tree_of_many_rays = pytest.mark.parametrize("variant", MANY_RAYS_VARIANTS, ids=str)
+every_precision = pytest.mark.parametrize("variant", VARIANTS + FAST_VARIANTS, ids=str)
 every_fast_tree = pytest.mark.parametrize("variant", FAST_VARIANTS, ids=str)

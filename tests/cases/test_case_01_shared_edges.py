@@ -1,22 +1,25 @@
 """Case 1: no ray from inside a closed mesh gets out between its triangles."""
 
-import os
-
-import bihtree
 import numpy as np
 import pytest
 
 from tests import meshes
-from tests.variants import every_tree
+from tests.many_rays import RAYS as MANY
+from tests.many_rays import assert_many_true
+from tests.rays import Rays
+from tests.variants import STRESS, every_tree, every_tree_of_many_rays
 
-RAYS = int(os.environ.get("BIHTREE_LEAK_RAYS", "40000"))  # of each kind and placement; 10 million takes minutes
+RAYS = 420_000 if STRESS else 5_000  # of each kind and placement: 10 million in all, or 120,000
 BATCH = 500_000
 
 PLACEMENTS = [
     pytest.param(np.float32, 1.0, 0.0, id="unit"),
     pytest.param(np.float32, 1e-30, 0.0, id="tiny"),
     pytest.param(np.float32, 1e25, 0.0, id="huge"),
+    pytest.param(np.float32, 1e-38, 0.0, id="subnormal"),
+    pytest.param(np.float32, 1e38, 0.0, id="largest"),
     pytest.param(np.float32, 1.0, 1000.0, id="far"),
+    pytest.param(np.float32, 1.0, 1e5, id="farther"),
     pytest.param(np.float64, 1.0, 4e5, id="far-float64"),
 ]
 
@@ -32,19 +35,21 @@ def targets(mesh, kind, count, rng):
     return start + weight * (end - start)
 
 
-@pytest.mark.parametrize("layout", ["classic", "wide"])
+@every_tree_of_many_rays
 @pytest.mark.parametrize("kind", ["vertex", "midpoint", "edge"])
 @pytest.mark.parametrize(("dtype", "scale", "offset"), PLACEMENTS)
-def test_nothing_leaks_out_of_a_sphere(dtype, scale, offset, kind, layout):
+def test_nothing_leaks_out_of_a_sphere(variant, dtype, scale, offset, kind):
     sphere = meshes.icosphere(5, dtype=np.float64)
-    mesh = meshes.Triangles(((sphere.vertices + offset) * scale).astype(dtype), sphere.triangles)
-    tree = bihtree.Tree(*mesh, layout=layout)
+    with np.errstate(under="ignore"):
+        mesh = meshes.Triangles(((sphere.vertices + offset) * scale).astype(dtype), sphere.triangles)
+    tree = variant.tree(*mesh)
     rng = np.random.default_rng(1)
     leaks = 0
     for first in range(0, RAYS, BATCH):
         count = min(BATCH, RAYS - first)
-        origins = ((rng.uniform(-0.4, 0.4, (count, 3)) + offset) * scale).astype(dtype)
-        directions = (targets(mesh, kind, count, rng) - origins.astype(np.float64)).astype(dtype)
+        with np.errstate(under="ignore"):
+            origins = ((rng.uniform(-0.4, 0.4, (count, 3)) + offset) * scale).astype(dtype)
+            directions = (targets(mesh, kind, count, rng) - origins.astype(np.float64)).astype(dtype)
         hits = tree.intersect(origins, directions)
         assert hits.invalid == 0
         leaks += int((~hits.hit).sum())
@@ -94,3 +99,27 @@ def test_diagonal_rays_on_an_integer_grid(variant):
         expected = np.where(direction == 0, np.inf, reach).min(axis=1)
         hits = tree.intersect(inside, np.broadcast_to(direction.astype(np.float32), inside.shape))
         assert np.array_equal(hits.t, expected)
+
+
+def inside(mesh, kind, count, rng):
+    """Rays from near the middle of a mesh around the origin, at its vertices or edges."""
+    origins = rng.uniform(-0.4, 0.4, (count, 3)).astype(np.float32)
+    return Rays(origins, (targets(mesh, kind, count, rng) - origins).astype(np.float32))
+
+
+@every_tree_of_many_rays
+@pytest.mark.parametrize("kind", ["vertex", "midpoint", "edge"])
+def test_a_hundred_thousand_rays_from_inside_a_sphere(variant, kind):
+    mesh, rng = meshes.icosphere(1), np.random.default_rng(7)
+    count = MANY // 4
+    assert_many_true(variant, mesh, inside(mesh, kind, count, rng))
+
+
+@every_tree_of_many_rays
+def test_a_hundred_thousand_rays_on_an_integer_grid(variant):
+    size, count, rng = 3, MANY // 4, np.random.default_rng(8)
+    origins = rng.integers(1, size, (count, 3)).astype(np.float32)
+    directions = rng.integers(-1, 2, (count, 3)).astype(np.float32)
+    directions[~directions.any(axis=1)] = [0, 1, 0]
+    directions = np.where(directions == 0, np.copysign(np.float32(0), rng.uniform(-1, 1, (count, 3))), directions)
+    assert_many_true(variant, cells_of_a_cube(size), Rays(origins, directions.astype(np.float32)))

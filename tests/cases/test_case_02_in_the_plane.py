@@ -7,7 +7,8 @@ import pytest
 
 from tests import meshes
 from tests.agreement import assert_true
-from tests.variants import every_tree
+from tests.many_rays import assert_many_true, on_a_lattice
+from tests.variants import every_tree, every_tree_of_many_rays
 
 
 def lattice_rays(rng, count, size):
@@ -63,3 +64,28 @@ def test_rays_in_the_sides_of_the_bounds(variant):
                 directions.append(direction)
     hits = assert_true(tree, mesh, origins, directions)
     assert hits.hit.any() and not hits.hit.all()
+
+
+@every_tree_of_many_rays
+def test_a_hundred_thousand_rays_along_the_faces_of_blocks(variant):
+    """On a lattice of whole numbers, the middles of the blocks' edges included: the blocks are two wide."""
+    mesh = blocks(2)
+    mesh = meshes.Triangles(2 * mesh.vertices, mesh.triangles)
+    assert_many_true(variant, mesh, on_a_lattice(-2, 6, 1))
+
+
+@every_tree
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize("height", [0.1, 1 / 3, 1e-40, 1e300, -0.7])
+def test_flat_meshes_between_two_numbers_of_single_precision(variant, axis, height):
+    """Their boxes are flat too, but for the rounding outward: a ray that ends in the plane still hits."""
+    flat = meshes.grid(3, 3, np.float64)
+    mesh = meshes.Triangles(np.roll(flat.vertices + [0, 0, height], axis + 1, axis=1), flat.triangles)
+    tree = variant.tree(*mesh)
+    tree.validate()
+    rng = np.random.default_rng(1)
+    origins = np.roll(np.hstack([rng.uniform(0, 3, (40, 2)), np.full((40, 1), height)]), axis + 1, axis=1)
+    directions = rng.choice([-1.0, 1.0], (40, 3)) * rng.integers(0, 2, (40, 3))
+    directions[:, axis] = rng.choice([-1.0, 1.0], 40)
+    hits = assert_true(tree, mesh, origins, directions, 0.0, 0.0)
+    assert hits.hit.all()

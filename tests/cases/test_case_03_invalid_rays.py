@@ -6,7 +6,9 @@ import numpy as np
 
 from tests import meshes
 from tests.agreement import assert_true
-from tests.variants import every_tree
+from tests.many_rays import RAYS, assert_many_true
+from tests.rays import Rays
+from tests.variants import every_precision, every_tree, every_tree_of_many_rays
 
 INF, NAN = np.inf, np.nan
 
@@ -47,7 +49,7 @@ def test_invalid_rays_are_counted_misses_and_their_neighbours_are_not_disturbed(
         assert not np.isnan(hits.u[~hits.hit]).any() and not hits.u[~hits.hit].any() and not hits.v[~hits.hit].any()
 
 
-@every_tree
+@every_precision
 def test_an_empty_but_sound_interval_is_a_plain_miss(variant):
     tree = variant.tree(*meshes.sheets(2))
     hits = tree.intersect([[0.25, 0.25, 1.0]], [[0.0, 0.0, -1.0]], t_min=2.0, t_max=0.5)
@@ -55,7 +57,7 @@ def test_an_empty_but_sound_interval_is_a_plain_miss(variant):
     assert hits.invalid == 0
 
 
-@every_tree
+@every_precision
 def test_invalid_rays_cost_nothing(variant):
     mesh = meshes.terrain(20)
     tree = variant.tree(*mesh)
@@ -65,9 +67,26 @@ def test_invalid_rays_cost_nothing(variant):
     assert not nodes.any() and not tests.any()
 
 
-@every_tree
+@every_precision
 def test_a_tree_of_nothing_counts_them_too(variant):
     tree = variant.tree(np.empty((0, 3), np.float32))
     hits = tree.intersect([[NAN, 0, 0], [0, 0, 0]], [[0, 0, 1.0], [0, 0, 1.0]])
     assert hits.triangle.tolist() == [-1, -1]
     assert hits.invalid == 1
+
+
+@every_tree_of_many_rays
+def test_a_hundred_thousand_rays_of_which_half_are_invalid(variant):
+    """Each number of a ray is special now and then; valid ones hit a vertex, an edge, or sheets at their limits."""
+    rng = np.random.default_rng(2)
+    special = np.array([NAN, INF, -INF, 0.0, -0.0, 5e-324, 1e300])
+
+    def spoilt(values):
+        return np.where(rng.random(values.shape) < 0.1, special[rng.integers(0, 7, values.shape)], values)
+
+    origins = rng.choice([0.0, 0.25, 0.5, 1.0], (RAYS, 3)) + [0, 0, 1]
+    directions = np.stack([rng.choice([0.0, -0.0, 0.25], RAYS), np.zeros(RAYS), -np.ones(RAYS)], axis=1)
+    limits = spoilt(rng.choice([0.0, 1.0, 1.5, INF], (RAYS, 2)))
+    with np.errstate(invalid="ignore"):
+        rays = Rays(spoilt(origins), spoilt(directions))
+        assert_many_true(variant, meshes.sheets(3, 0.5), rays, limits[:, 0] - 1, limits[:, 1])

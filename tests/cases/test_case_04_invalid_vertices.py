@@ -5,8 +5,9 @@ import pytest
 
 from tests import meshes
 from tests.agreement import assert_true
+from tests.many_rays import assert_many_true, at_weak_places
 from tests.rays import around
-from tests.variants import every_tree
+from tests.variants import every_precision, every_tree, every_tree_of_many_rays
 
 
 def with_bad_vertices(dtype):
@@ -38,7 +39,7 @@ def test_the_rest_is_traced(variant, dtype):
     assert not np.isin(hits.triangle, bad).any()
 
 
-@every_tree
+@every_precision
 def test_all_triangles_bad_is_an_empty_tree(variant):
     tree = variant.tree(np.full((9, 3), np.nan, np.float32))
     tree.validate()
@@ -47,7 +48,7 @@ def test_all_triangles_bad_is_an_empty_tree(variant):
     assert tree.intersect([[0, 0, 0]], [[0, 0, 1.0]]).triangle.tolist() == [-1]
 
 
-@every_tree
+@every_precision
 def test_a_bad_vertex_that_no_triangle_uses_does_no_harm(variant):
     mesh = meshes.box((-1, -1, -1))
     vertices = np.vstack([mesh.vertices, [[np.nan, np.inf, 0]]]).astype(np.float32)
@@ -77,3 +78,10 @@ def test_the_largest_finite_vertices_are_traced(variant, dtype, size):
     assert (inner.triangle >= len(sphere.triangles)).all()
     outer = assert_true(tree, mesh, origins, directions, 10.0)
     assert (0 <= outer.triangle).all() and (outer.triangle < len(sphere.triangles)).all()
+
+
+@every_tree_of_many_rays
+def test_a_hundred_thousand_rays(variant):
+    mesh, bad = with_bad_vertices(np.float32)
+    good = meshes.Triangles(mesh.vertices, np.delete(mesh.triangles, bad, axis=0))
+    assert_many_true(variant, mesh, at_weak_places(good))

@@ -6,8 +6,9 @@ import pytest
 
 from tests import meshes
 from tests.agreement import assert_true
+from tests.many_rays import assert_many_true, on_a_lattice
 from tests.rays import around
-from tests.variants import every_tree
+from tests.variants import every_precision, every_tree, every_tree_of_many_rays
 
 DEEPEST = 125  # 96 halvings of cells, then at most 29 of a range of 2^29
 
@@ -61,7 +62,7 @@ def probes(rows):
     return origins, np.tile(np.float32([0, 0, -1]), (len(rows), 1)), 2 - (rows + 1) / 2.0**21
 
 
-@every_tree
+@every_precision
 def test_each_of_two_thousand_with_one_centre_is_found(variant):
     mesh = fans(2000)
     tree = variant.tree(*mesh)
@@ -90,3 +91,14 @@ def test_a_million_times_the_same_triangle():
     assert np.array_equal(np.sort(tree.order()), np.arange(1_000_000))
     assert tree.intersect([[0.25, 0.25, 1]], [[0, 0, -1.0]]).triangle.tolist() == [0]
     assert tree.occluded([[0.25, 0.25, 1], [0.75, 0.75, 1]], [[0, 0, -1.0]] * 2).tolist() == [True, False]
+
+
+@every_tree_of_many_rays
+def test_a_hundred_thousand_rays(variant):
+    """Triangles on a lattice, a quarter of them points or lines, each of them three times."""
+    rng = np.random.default_rng(3)
+    corners = rng.integers(-2, 3, (40, 3, 3))
+    corners[::8, 1] = corners[::8, 0]
+    corners[1::8] = corners[1::8, :1]
+    mesh = meshes.from_corners(np.concatenate([corners] * 3))
+    assert assert_many_true(variant, mesh, on_a_lattice(-3, 3, 2)).stats.rejected >= 30

@@ -5,11 +5,12 @@ import pytest
 
 from tests import meshes
 from tests.agreement import assert_true
+from tests.many_rays import RAYS, assert_many_true, at_weak_places
 from tests.rays import around, at_features, joined
-from tests.variants import every_tree
+from tests.variants import every_precision, every_tree, every_tree_of_many_rays
 
 
-@every_tree
+@every_precision
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 @pytest.mark.parametrize("triangles", [None, np.empty((0, 3), np.int32)])
 def test_no_triangle(variant, dtype, triangles):
@@ -18,7 +19,8 @@ def test_no_triangle(variant, dtype, triangles):
     tree.validate()
     hits = tree.intersect([[0, 0, 0], [1, 1, 1]], [[0, 0, 1.0], [1, 0, 0]])
     assert hits.triangle.tolist() == [-1, -1]
-    assert np.isinf(hits.t).all() and hits.t.dtype == dtype
+    expected = np.float64 if variant.options.get("precision") == "exact" else dtype
+    assert np.isinf(hits.t).all() and hits.t.dtype == expected
     assert tree.occluded([[0, 0, 0]], [[0, 0, 1.0]]).tolist() == [False]
     assert len(tree.order()) == 0
     assert tree.stats.triangles == tree.stats.rejected == 0
@@ -90,3 +92,12 @@ def test_a_spiral(variant):
     rng = np.random.default_rng(1)
     rays = joined(around(mesh, 60, rng), at_features(mesh, 60, rng))
     assert assert_true(tree, mesh, *rays).hit.any()
+
+
+@every_tree_of_many_rays
+def test_a_hundred_thousand_rays(variant):
+    """At one triangle, two, a flat mesh, a line of triangles and a spiral: twenty thousand each."""
+    line = np.array([[0, 0, 0], [0.5, 0, 0.25], [0, 0.5, 0]]) + np.arange(60)[:, None, None] * [1, 0, 0]
+    some = [meshes.soup(1, 1.0, seed=3), meshes.soup(2, 1.0, seed=3), meshes.grid(4, 4), meshes.spiral(100)]
+    for mesh in [*some, meshes.from_corners(line)]:
+        assert_many_true(variant, mesh, at_weak_places(mesh, RAYS // 5))

@@ -5,7 +5,9 @@ import pytest
 
 from tests import meshes
 from tests.agreement import assert_true
-from tests.variants import every_tree
+from tests.many_rays import RAYS, assert_many_true
+from tests.rays import Rays
+from tests.variants import every_tree, every_tree_of_many_rays
 
 SPATIAL = 96  # cells are halved down to this depth
 DEEPEST = 125  # and ranges of what is left 29 times more at most
@@ -64,3 +66,16 @@ def test_nested_clusters(variant):
     away = rng.normal(size=targets.shape) * 10.0 ** rng.integers(-36, 1, (len(targets), 1))
     hits = assert_true(tree, mesh, targets + away, -away)
     assert hits.hit.mean() > 0.5
+
+
+@every_tree_of_many_rays
+def test_a_hundred_thousand_rays(variant):
+    """At vertices and middles of edges of all sizes, from beside them and from afar."""
+    mesh = towards_zero(120, 8, np.float32)
+    rng = np.random.default_rng(5)
+    corners = mesh.corners().astype(np.float64)
+    row = rng.integers(0, len(corners), RAYS)
+    weights = np.array([[1, 0, 0], [0, 1, 0], [0.5, 0, 0.5], [1 / 3, 1 / 3, 1 / 3]])[rng.integers(0, 4, RAYS)]
+    target = (weights[:, :, None] * corners[row]).sum(axis=1)
+    away = rng.normal(size=(RAYS, 3)) * target[:, :1] * 10.0 ** rng.integers(-1, 4, (RAYS, 1))
+    assert_many_true(variant, mesh, Rays(target + away, -away))

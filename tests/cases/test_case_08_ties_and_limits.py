@@ -5,8 +5,9 @@ import pytest
 
 from tests import meshes
 from tests.agreement import assert_true
+from tests.many_rays import RAYS, assert_many_true, on_a_lattice
 from tests.rays import around
-from tests.variants import every_tree
+from tests.variants import every_tree, every_tree_of_many_rays
 
 DOWN = [0, 0, -1.0]
 
@@ -115,3 +116,15 @@ def test_nearly_equal_t_is_no_tie(variant):
     mesh = meshes.from_corners([flat, tilted], np.float64)
     hits = assert_true(variant.tree(*mesh), mesh, [[tilt / step, 0.25, 0], [0, 0.25, 0]], [[0, 0, 1.0]] * 2)
     assert hits.triangle.tolist() == [1, 0]
+
+
+@every_tree_of_many_rays
+def test_a_hundred_thousand_rays(variant):
+    """Through the vertices and edges of lattice triangles, each of them twice, with limits at which many are met."""
+    rng = np.random.default_rng(6)
+    corners = rng.integers(-2, 3, (30, 3, 3))
+    corners[::2, 0] = 0
+    mesh = meshes.from_corners(np.concatenate([corners, corners[::-1]]))
+    halves = rng.integers(-2, 9, (2, RAYS)) / 2
+    limits = np.where(rng.random((2, RAYS)) < 0.5, [[0.0], [np.inf]], halves)
+    assert_many_true(variant, mesh, on_a_lattice(-3, 3, 2, seed=6), *limits)

@@ -9,7 +9,9 @@ import pytest
 
 from tests import meshes
 from tests.agreement import assert_same
+from tests.many_rays import assert_many_true, at_weak_places
 from tests.rays import around, at_features, joined
+from tests.variants import every_tree_of_many_rays
 
 MESH = meshes.joined(meshes.gears(9, 60), meshes.terrain(60))
 OPTIONS = [
@@ -136,3 +138,12 @@ def test_an_eager_tree_has_nothing_left_to_build():
     before = tree.stats.to_dict()
     tree.build_all()
     assert tree.stats.to_dict() == before and before["unbuilt"] == 0
+
+
+@every_tree_of_many_rays
+def test_a_hundred_thousand_rays(variant):
+    """More triangles than are finished at once; where a tree is built on demand, the rays build it."""
+    mesh = meshes.joined(meshes.gears(5, 20), meshes.terrain(13))
+    assert len(mesh.triangles) > 1024
+    tree = assert_many_true(variant, mesh, at_weak_places(mesh))
+    assert tree.stats.unbuilt == 0 or tree.stats.build == "on_demand"

@@ -9,8 +9,9 @@ import pytest
 
 from tests import meshes
 from tests.agreement import assert_same
-from tests.rays import around
-from tests.variants import every_tree
+from tests.many_rays import assert_many_true, at_weak_places
+from tests.rays import Rays, around
+from tests.variants import every_precision, every_tree_of_many_rays
 
 BOX = meshes.box()
 ORIGINS, DIRECTIONS = np.zeros((4, 3)), np.ones((4, 3))
@@ -145,7 +146,7 @@ def layouts(array):
     }
 
 
-@every_tree
+@every_precision
 def test_layouts_of_rays(variant):
     mesh = meshes.icosphere(2)
     tree = variant.tree(*mesh)
@@ -161,7 +162,7 @@ def test_layouts_of_rays(variant):
         assert np.array_equal(tree.occluded(origins, directions, t_min=limits.tolist()), expected.hit)
 
 
-@every_tree
+@every_precision
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 def test_layouts_of_meshes(variant, dtype):
     mesh = meshes.icosphere(2, dtype=dtype)
@@ -174,13 +175,13 @@ def test_layouts_of_meshes(variant, dtype):
         assert_same(variant.tree(mesh.vertices, triangles).intersect(*rays), expected)
 
 
-@every_tree
+@every_precision
 def test_lists_of_whole_numbers(variant):
     tree = variant.tree([[0, 0, 0], [1, 0, 0], [0, 1, 0]])
     assert tree.intersect([[0, 0, 1]], [[0, 0, -1]], t_min=1, t_max=1).hit.tolist() == [True]
 
 
-@every_tree
+@every_precision
 def test_a_copy_is_not_changed_by_its_source(variant):
     mesh = meshes.icosphere(2)
     rays = around(mesh, 64, np.random.default_rng(1))
@@ -193,7 +194,7 @@ def test_a_copy_is_not_changed_by_its_source(variant):
     tree.validate()
 
 
-@every_tree
+@every_precision
 @pytest.mark.parametrize("dtype", [np.int32, np.uint32])
 def test_borrowed_arrays_become_read_only(variant, dtype):
     mesh = meshes.icosphere(2)
@@ -222,7 +223,7 @@ def test_arrays_that_were_refused_stay_as_they_were(rows):
     assert vertices.flags.writeable
 
 
-@every_tree
+@every_precision
 def test_borrowed_arrays_changed_by_force_are_no_crash(variant):
     """The caller may make them writable again: answers are then about nothing, but memory stays sound."""
     mesh = meshes.icosphere(2)
@@ -271,3 +272,14 @@ def test_two_to_the_31_triangles_announced(dtype):
     done = subprocess.run([sys.executable, "-c", HUGE.format(dtype=dtype)], capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr
     assert done.stdout.count("2147483648") == 4, done.stdout
+
+
+@every_tree_of_many_rays
+def test_a_hundred_thousand_rays(variant):
+    """In arrays of every layout that NumPy allows, all of which hold the same rays and the same mesh."""
+    mesh = meshes.icosphere(1)
+    rays = at_weak_places(mesh)
+    for name, origins in layouts(rays.origins).items():
+        if name in ("fortran", "unaligned", "big-endian"):
+            vertices = layouts(mesh.vertices)[name]
+            assert_many_true(variant, meshes.Triangles(vertices, mesh.triangles), Rays(origins, rays.directions))

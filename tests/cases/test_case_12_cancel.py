@@ -11,8 +11,9 @@ import pytest
 
 from tests import meshes
 from tests.agreement import assert_same
+from tests.many_rays import assert_many_true, at_weak_places
 from tests.rays import around
-from tests.variants import every_tree
+from tests.variants import every_precision, every_tree_of_many_rays
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -36,7 +37,7 @@ class OutOfPaper(Exception):
     pass
 
 
-@every_tree
+@every_precision
 def test_progress_of_a_build(variant):
     mesh = meshes.terrain(300)
     recorder = Recorder()
@@ -48,7 +49,7 @@ def test_progress_of_a_build(variant):
     assert_same(tree.intersect(*rays), variant.tree(*mesh).intersect(*rays))
 
 
-@every_tree
+@every_precision
 def test_cancel_a_build_at_each_call(variant):
     mesh = meshes.terrain(300)
     calls = Recorder()
@@ -60,13 +61,13 @@ def test_cancel_a_build_at_each_call(variant):
         assert len(recorder.values) == at + 1
 
 
-@every_tree
+@every_precision
 def test_answers_other_than_false_do_not_cancel(variant):
     for answer in (None, True):
         variant.tree(*meshes.terrain(30), progress=Recorder(0, answer))
 
 
-@every_tree
+@every_precision
 def test_an_exception_of_the_callback_comes_out(variant):
     with pytest.raises(OutOfPaper, match="tray 2"):
         variant.tree(*meshes.terrain(300), progress=Recorder(0, OutOfPaper("tray 2")))
@@ -153,3 +154,11 @@ def test_interrupt(work):
             process.kill()
     assert output == "interrupted [0]\n"
     assert process.returncode == 0
+
+
+@every_tree_of_many_rays
+def test_a_hundred_thousand_rays_after_a_cancelled_build(variant):
+    mesh = meshes.icosphere(2)
+    with pytest.raises(bihtree.Cancelled):
+        variant.tree(*meshes.terrain(300), progress=Recorder(0))
+    assert_many_true(variant, mesh, at_weak_places(mesh))

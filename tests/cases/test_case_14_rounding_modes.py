@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from tests import meshes
-from tests.agreement import assert_same
+from tests.agreement import assert_same, faults, truth_of
+from tests.many_rays import RAYS, at_weak_places
 from tests.rays import around, at_features, joined
-from tests.variants import every_tree
+from tests.variants import every_precision, every_tree_of_many_rays
 
 # The control word in glibc's fenv_t: its offset, and the bits of each mode.
 WORDS = {
@@ -69,7 +70,7 @@ def hard_rays(mesh, dtype):
 
 
 @every_mode
-@every_tree
+@every_precision
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 def test_same_bits(variant, mode, dtype):
     small = meshes.icosphere(2, dtype=np.float64)
@@ -108,3 +109,17 @@ def test_same_bits_of_a_picture(mode):
         assert again[name].tobytes() == plain[name].tobytes(), name
     for ours, expected in zip(rays, bihtree.Camera(clip_to_world, 40, 30).rays(), strict=True):
         assert ours.tobytes() == expected.tobytes()
+
+
+@every_mode
+@every_tree_of_many_rays
+def test_a_hundred_thousand_rays(variant, mode):
+    """The oracle decides in the standard environment; the tree is built and asked in another."""
+    mesh = meshes.icosphere(1)
+    rays = at_weak_places(mesh, RAYS // 4)
+    truth = truth_of(mesh, *rays, np.zeros(len(rays.origins)), np.full(len(rays.origins), np.inf))
+    with floating_point(mode):
+        tree = variant.tree(*mesh)
+        hits, occluded = tree.intersect(*rays), tree.occluded(*rays)
+    assert not faults(hits, truth, tree.stats.precision)
+    assert np.array_equal(occluded, truth.triangle >= 0)

@@ -1,142 +1,44 @@
-"""Short sweeps over stiffness: one number grows by orders of magnitude, and every answer is decided exactly."""
+"""Sweeps over stiffness: one number grows by orders of magnitude, and every answer is decided exactly.
+
+Those of addon/report/sweeps.py; short here, long where BIHTREE_STRESS is set. tests/sweep_table.py counts the same.
+"""
 
 import numpy as np
 import pytest
 
+from addon.report.sweeps import SWEEPS
 from tests import meshes
 from tests.agreement import assert_true
-from tests.rays import around, at_features, bounds, joined
-from tests.variants import every_tree
+from tests.many_rays import at_weak_places
+from tests.oracle import Oracle
+from tests.rays import Rays, bounds
+from tests.variants import STRESS, every_tree
 
 both_dtypes = pytest.mark.parametrize("dtype", [np.float32, np.float64])
 
-
-def rays_at(mesh, dtype, seed=1):
-    rng = np.random.default_rng(seed)
-    return joined(around(mesh, 20, rng, dtype), at_features(mesh, 30, rng, dtype))
-
-
-@every_tree
-@both_dtypes
-@pytest.mark.parametrize("k", [0, 2, 4, 6, 9])
-def test_offset(variant, dtype, k):
-    """The mesh moved by 10^k of its size; as float32 it is soon no more than a few distinct points."""
-    sphere = meshes.icosphere(2, dtype=np.float64)
-    mesh = meshes.Triangles((sphere.vertices + [10.0**k, -(10.0**k), 0.3 * 10**k]).astype(dtype), sphere.triangles)
-    assert_true(variant.tree(*mesh), mesh, *rays_at(mesh, dtype))
+# Thousands of sheets an ulp apart take the oracle minutes.
+SHORT = {name: sweep.ks[:: max(1, len(sweep.ks) // 4)] for name, sweep in SWEEPS.items()}
+SHORT |= {"direction": (0, 7, 20, 38, 45), "magnitude": (-140, -100, 0, 60, 120), "depth complexity": (0, 4, 9)}
+EVERY = [(name, k) for name, sweep in SWEEPS.items() for k in (sweep.ks if STRESS else SHORT[name])]
 
 
 @every_tree
 @both_dtypes
-@pytest.mark.parametrize("k", [0, 2, 4, 6, 9])
-def test_origin_distance(variant, dtype, k):
-    mesh = meshes.icosphere(2, dtype=dtype)
-    rng = np.random.default_rng(1)
-    away = rng.normal(size=(50, 3))
-    origins = (away / np.linalg.norm(away, axis=1, keepdims=True) * 10.0**k).astype(dtype)
-    targets = mesh.vertices[rng.integers(0, len(mesh.vertices), 50)] * np.where(rng.random((50, 1)) < 0.5, 1, 0.9)
-    assert_true(variant.tree(*mesh), mesh, origins, targets.astype(dtype) - origins)
+@pytest.mark.parametrize(("name", "k"), EVERY)
+def test_every_answer_is_true(variant, dtype, name, k):
+    """No wrong hit and no miss of what is hit, and t, u and v within the bounds of the precision."""
+    step = SWEEPS[name].at(k, 2_000 if STRESS else 60, dtype=dtype)
+    mesh = meshes.Triangles(step.vertices, step.triangles.astype(np.int32))
+    assert_true(variant.tree(*mesh), mesh, *Rays(step.origins, step.directions))
 
 
-@every_tree
-@both_dtypes
-@pytest.mark.parametrize("k", [0, 3, 6, 9, 12])
-def test_sliver(variant, dtype, k):
-    """Triangles whose height is 10^-k of their length, edge to edge, so that the rays through them hit one or two."""
-    step = np.arange(40)
-    points = np.stack([step % 2 + 0.01 * step, step * 10.0**-k, 0.1 * (step % 3)], axis=1)
-    turn, _ = np.linalg.qr(np.random.default_rng(2).normal(size=(3, 3)))
-    mesh = meshes.Triangles((points @ turn).astype(dtype), (step[:-2, None] + [0, 1, 2]).astype(np.int32))
-    assert_true(variant.tree(*mesh), mesh, *rays_at(mesh, dtype))
-
-
-@every_tree
-@both_dtypes
-@pytest.mark.parametrize("k", [0, 3, 6, 9, 12])
-def test_grazing(variant, dtype, k):
-    """Rays at an angle of 10^-k to the sides of a box that is turned, aimed at vertices and at the sides themselves."""
-    box = meshes.box((-1, -1, -1), dtype=np.float64)
-    turn, _ = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))
-    mesh = meshes.Triangles((box.vertices @ turn).astype(dtype), box.triangles)
-    rng = np.random.default_rng(1)
-    corners = mesh.corners().astype(np.float64)[rng.integers(0, 12, 60)]
-    weights = rng.dirichlet([1, 1, 1], 60)
-    weights[::3] = [1, 0, 0]
-    targets = (weights[:, :, None] * corners).sum(axis=1)
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 4
-    along = corners[:, 1] - corners[:, 0] + rng.normal(size=(60, 1)) * (corners[:, 2] - corners[:, 0])
-    origins = (targets - 3 * along + 10.0**-k * normal).astype(dtype)
-    assert_true(variant.tree(*mesh), mesh, origins, (targets - origins).astype(dtype))
-
-
-@every_tree
-@pytest.mark.parametrize("k", [0, 3, 6, 9])
-def test_scale_ratio(variant, k):
-    """A sphere of size 10^-k in a corner of a room of size 1: the teapot in the stadium."""
-    small = meshes.icosphere(2, 10.0**-k, np.float64)
-    small = meshes.Triangles((small.vertices + 10.0**-k).astype(np.float32), small.triangles)
-    mesh = meshes.joined(meshes.box(), small)
-    tree = variant.tree(*mesh)
-    rays = joined(rays_at(small, np.float32), rays_at(mesh, np.float32))
-    hits = assert_true(tree, mesh, *rays)
-    assert (hits.triangle >= 12).any()
-
-
-@every_tree
-@pytest.mark.parametrize("spacing", [0.0, 2.0**-40])
-@pytest.mark.parametrize("k", [0, 4, 8, 12])
-def test_depth_complexity(variant, k, spacing):
-    """2^k sheets at one place or a hair apart; a ray from above meets the last one first."""
-    count = 2**k
-    mesh = meshes.sheets(count, spacing, np.float64)
-    tree = variant.tree(*mesh)
-    origins = np.array([[0.25, 0.25, 1], [0.5, 0.5, 1], [0, 0, 1], [1, 0, 1], [0.75, 0.75, 1]])
-    hits = tree.intersect(origins, np.tile([0, 0, -1.0], (5, 1)))
-    first = 0 if spacing == 0 else count - 1
-    assert hits.triangle.tolist() == [first] * 4 + [-1]
-    assert np.allclose(hits.t[:4], 1 - (count - 1) * spacing, rtol=2.0**-40, atol=0)
-    from_below = tree.intersect(origins * [1, 1, -1], np.tile([0, 0, 1.0], (5, 1)))
-    assert from_below.triangle.tolist() == [0] * 4 + [-1]
-
-
-@every_tree
-@pytest.mark.parametrize("k", [0, 2, 4])
-def test_overlap(variant, k):
-    """Random triangles 2^k times as long as they are far apart, and discs of teeth on one axle."""
-    mesh = meshes.soup(100, 2.0**k / 100 ** (1 / 3))
-    assert_true(variant.tree(*mesh), mesh, *rays_at(mesh, np.float32))
-    mesh = meshes.gears(2**k, 3)
-    assert_true(variant.tree(*mesh), mesh, *rays_at(mesh, np.float32))
-
-
-@every_tree
-@both_dtypes
-@pytest.mark.parametrize("k", [None, 1, 7, 20, 38, 45])
-def test_direction(variant, dtype, k):
-    """One or two components of the direction are 0, -0 or 10^-k of the largest, then subnormal in float32."""
-    mesh = meshes.icosphere(2, dtype=dtype)
-    rng = np.random.default_rng(1)
-    small = 0.0 if k is None else 10.0**-k
-    directions = rng.normal(size=(60, 3))
-    directions[np.arange(60), np.arange(60) % 3] = np.copysign(small, rng.uniform(-1, 1, 60))
-    directions[::2][np.arange(30), np.arange(1, 31) % 3] = np.copysign(small, rng.uniform(-1, 1, 30))
-    targets = mesh.vertices[rng.integers(0, len(mesh.vertices), 60)].astype(np.float64)
-    targets[::3] *= 0.9
-    with np.errstate(under="ignore"):
-        directions = directions.astype(dtype)
-    origins = (targets - 4 * directions.astype(np.float64)).astype(dtype)
-    hits = assert_true(variant.tree(*mesh), mesh, origins, directions)
-    assert hits.hit.any()
-
-
-@every_tree
-@pytest.mark.parametrize("k", [-140, -100, -60, 60, 120])
-def test_magnitude(variant, k):
-    """All coordinates times 2^k: products of three underflow or overflow float32."""
-    sphere = meshes.icosphere(2)
-    mesh = meshes.Triangles(np.ldexp(sphere.vertices, k), sphere.triangles)
-    hits = assert_true(variant.tree(*mesh), mesh, *rays_at(mesh, np.float32))
-    assert hits.hit.any()
+@pytest.mark.parametrize(("name", "k"), [(name, ks[i]) for name, ks in SHORT.items() for i in (0, -1)])
+def test_most_rays_of_a_step_hit(name, k):
+    """What only missed would show little; in float64, because float32 may leave nothing of the mesh."""
+    step = SWEEPS[name].at(k, 60, dtype=np.float64)
+    mesh = meshes.Triangles(step.vertices, step.triangles.astype(np.int32))
+    truth = Oracle(*mesh).decide(step.origins, step.directions)
+    assert (truth.triangle >= 0).mean() > 0.3
 
 
 @every_tree
@@ -166,3 +68,11 @@ def test_length_of_the_direction(variant, dtype, k):
     origins = (targets - 3 * directions).astype(dtype)
     hits = assert_true(variant.tree(*mesh), mesh, origins, np.ldexp(directions, k).astype(dtype))
     assert hits.hit.any()
+
+
+@every_tree
+@pytest.mark.parametrize("k", [0, 2, 4])
+def test_discs_of_teeth_on_one_axle(variant, k):
+    """More and more that overlap, and are long and thin."""
+    mesh = meshes.gears(2**k, 3)
+    assert_true(variant.tree(*mesh), mesh, *at_weak_places(mesh, 60))
