@@ -1,8 +1,9 @@
 """Which triangles a ray may hit: a tree of boxes in NumPy that never leaves one out. It shares no code with the
 product, and every comparison has a bound for its own rounding: where one is in doubt, the triangle stays.
 
-u = 2^-53 is the largest relative error of one rounding. Directions are scaled by a power of two, without rounding, so
-that their largest component is in [0.5, 1): a product that underflows is off by less than `TINY`.
+u = 2^-53 is the largest relative error of one rounding. Directions are scaled by a power of two, but for underflow, so
+that their largest component is in [0.5, 1). A component that underflows by that is off by less than 2^-1074, and so is
+a product that does: `TINY` times all that a component is multiplied by, and one more, covers both.
 """
 
 from __future__ import annotations
@@ -104,8 +105,10 @@ def _may_meet(origin: Floats, direction: Floats, middle: Floats, half: Floats) -
         for j, k in ((1, 2), (2, 0), (0, 1)):
             apart = np.abs(away[:, j] * direction[:, k] - away[:, k] * direction[:, j])
             reach = half[:, j] * size[:, k] + half[:, k] * size[:, j]
-            doubt = MARGIN * (far[:, j] * size[:, k] + far[:, k] * size[:, j] + reach) + TINY
+            doubt = MARGIN * (far[:, j] * size[:, k] + far[:, k] * size[:, j] + reach)
+            doubt += TINY * (1 + far[:, j] + far[:, k] + half[:, j] + half[:, k])
             kept &= ~(apart > reach + doubt)
         ahead = (away * direction).sum(axis=1) + (half * size).sum(axis=1)
-        kept &= ~(ahead < -MARGIN * ((far * size).sum(axis=1) + (half * size).sum(axis=1)) - TINY)
+        doubt = MARGIN * ((far + half) * size).sum(axis=1) + TINY * (1 + (far + half).sum(axis=1))
+        kept &= ~(ahead < -doubt)
     return kept
