@@ -1,4 +1,4 @@
-"""The installed extension in a window: what a person sees after the panel's Render button."""
+"""The installed extension in a window: what a person sees after the panel's Render button, and the report's."""
 
 from __future__ import annotations
 
@@ -15,17 +15,40 @@ from tools.real_blender import Unavailable
 WIDTH, HEIGHT = 480, 360
 
 
+def window_command(*arguments: object) -> list[str]:
+    try:
+        return blender().window_command(*arguments)
+    except Unavailable as error:
+        lacking(str(error))
+
+
+def install_into(profile: Path) -> None:
+    profile.mkdir()
+    install = ["--command", "extension", "install-file", "-r", "user_default", "--enable", extension()]
+    assert run(blender().command(*install), profile).returncode == 0
+
+
+def test_a_report_runs_beside_the_window_and_escape_ends_it(tmp_path: Path) -> None:
+    profile, report = tmp_path / "profile", tmp_path / "report.json"
+    script = ["--python", INSIDE / "report_window.py", "--", tmp_path, report]
+    in_a_window = window_command("--enable-event-simulate", "--window-maximized", BUNNY, *script)
+    install_into(profile)
+    done = run(in_a_window, profile)
+    assert report.exists(), done.stdout + done.stderr
+    assert "Traceback" not in done.stdout + done.stderr
+    ticks = json.loads(report.read_text())
+    assert set(ticks) == {"whole", "ended"}, "Blender went on, and both pages were written"
+    assert ticks["whole"] > 1
+    assert "Incomplete" not in (tmp_path / "whole" / "index.html").read_text()
+    assert "Incomplete: cancelled" in (tmp_path / "ended" / "index.html").read_text()
+
+
 def test_the_image_editor_shows_the_picture(tmp_path: Path) -> None:
     """Pixel by pixel, at scale 1, where the picture is opaque (elsewhere Blender draws its chequers)."""
     profile, shot, report, image = (tmp_path / name for name in ("profile", "shot.png", "report.json", "bunny.png"))
-    profile.mkdir()
     script = ["--python", INSIDE / "window.py", "--", shot, report, WIDTH, HEIGHT]
-    try:
-        in_a_window = blender().window_command("--window-maximized", BUNNY, *script)
-    except Unavailable as error:
-        lacking(str(error))
-    install = ["--command", "extension", "install-file", "-r", "user_default", "--enable", extension()]
-    assert run(blender().command(*install), profile).returncode == 0
+    in_a_window = window_command("--window-maximized", BUNNY, *script)
+    install_into(profile)
 
     done = run(in_a_window, profile)
     assert report.exists(), done.stdout + done.stderr
