@@ -37,6 +37,10 @@ class Variant:
     def heuristic(self) -> str:
         return str(self.options.get("heuristic", OWN[self.structure][1]))
 
+    @property
+    def precision(self) -> str:
+        return str(self.options.get("precision", "watertight"))
+
     def __str__(self) -> str:
         return self.name
 
@@ -57,6 +61,13 @@ VARIANTS = (
     Variant("kd_tree", {"structure": "kd_tree", "threads": 2}),
     Variant("bvh", {"structure": "bvh"}),
     Variant("bvh-compact-leaf-3", {"structure": "bvh", "layout": "compact", "leaf_size": 3, "threads": 3}),
+    Variant("exact", {"precision": "exact"}),
+    Variant("exact-classic-leaf-1", {"precision": "exact", "layout": "classic", "leaf_size": 1, "threads": 1}),
+    Variant("exact-leaf-3-sah", {"precision": "exact", "leaf_size": 3, "heuristic": "sah", "threads": 3}),
+    Variant("exact-compact-local", {"precision": "exact", "layout": "compact", "heuristic": "local", "threads": 2}),
+    Variant("exact-on-demand", {"precision": "exact", "build": "on_demand", "threads": 2}),
+    Variant("exact-kd_tree", {"precision": "exact", "structure": "kd_tree"}),
+    Variant("exact-bvh", {"precision": "exact", "structure": "bvh", "threads": 2}),
 )
 
 # Their answers are float32's: they have tests of their own, and those that compare them with themselves.
@@ -78,6 +89,7 @@ SOME |= {"exact", "exact-classic-leaf-1", "exact-on-demand", "exact-kd_tree", "e
 MANY_RAYS_VARIANTS = VARIANTS if STRESS else tuple(variant for variant in VARIANTS if variant.name in SOME)
 
 HIERARCHIES = tuple(variant for variant in VARIANTS if variant.structure == "bih")
+EXACT = tuple(variant for variant in VARIANTS if variant.precision == "exact")
 GLOBAL = tuple(variant for variant in HIERARCHIES if variant.heuristic == "global")
 KD_TREES = tuple(variant for variant in VARIANTS if variant.structure == "kd_tree")
 BVHS = tuple(variant for variant in VARIANTS if variant.structure == "bvh")
@@ -92,4 +104,5 @@ every_bvh = pytest.mark.parametrize("variant", BVHS, ids=str)
 every_tree_of_one_reference = pytest.mark.parametrize("variant", ONE_REFERENCE, ids=str)
 every_tree_of_many_rays = pytest.mark.parametrize("variant", MANY_RAYS_VARIANTS, ids=str)
 every_precision = pytest.mark.parametrize("variant", VARIANTS + FAST_VARIANTS, ids=str)
+every_exact_tree = pytest.mark.parametrize("variant", EXACT, ids=str)
 every_fast_tree = pytest.mark.parametrize("variant", FAST_VARIANTS, ids=str)

@@ -18,6 +18,7 @@ LAYOUT_TEXT = {
 }
 PRECISION_TEXT = {
     "watertight": ("Watertight", "No ray slips through a shared edge or vertex; every hit and miss is decided exactly"),
+    "exact": ("Exact", "The same hits, with distances and weights right to the last digit of double precision"),
     "fast": ("Fast", "Single precision: quicker to trace; now and then a ray slips through an edge"),
 }
 PASS_TEXT = {

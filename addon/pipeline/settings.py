@@ -10,7 +10,7 @@ from .errors import UserError
 
 STRUCTURES = ("bih",)
 LAYOUTS = ("wide", "compact", "classic")
-PRECISIONS = ("watertight", "fast")
+PRECISIONS = ("watertight", "exact", "fast")
 LARGEST_SIDE = 65536
 """Most pixels a side of a picture, as bihtree.Camera has it."""
 PASSES = ("combined", "depth", "normal", "position", "triangle", "cost")

@@ -27,7 +27,7 @@ BOX = meshes.box()
         ("build", "on demand"),
         ("heuristic", "SAH"),
         ("heuristic", "none"),
-        ("precision", "exact"),
+        ("precision", "Exact"),
         ("precision", "double"),
         ("leaf_size", 0),
         ("leaf_size", -1),

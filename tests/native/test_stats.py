@@ -74,7 +74,7 @@ def test_names_and_counts(variant):
     stats = variant.tree(*mesh).stats
     build = variant.options.get("build", "eager")
     names = (stats.structure, stats.layout, stats.build, stats.heuristic, stats.precision)
-    assert names == (variant.structure, variant.layout, build, variant.heuristic, "watertight")
+    assert names == (variant.structure, variant.layout, build, variant.heuristic, variant.precision)
     assert (stats.triangles, stats.rejected) == (len(mesh.triangles), 0)
     assert (stats.unbuilt > 0) == (build == "on_demand")
     assert stats.presorted == variant.options.get("presort", False)

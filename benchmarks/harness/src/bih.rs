@@ -35,6 +35,7 @@ impl BihSide {
                 "sah" => options.heuristic = Heuristic::Sah,
                 "presort" => options.presort = Some(true),
                 "inplace" => options.presort = Some(false),
+                "exact" => options.precision = Precision::Exact,
                 "watertight" => options.precision = Precision::Watertight,
                 "eager" => options.build = Build::Eager,
                 "demand" => options.build = Build::OnDemand,

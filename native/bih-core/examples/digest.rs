@@ -7,7 +7,7 @@ use bih_core::traverse::{Hits, Limits, RayBatch, Vectors};
 use bih_core::{BuildOptions, Control, Triangles, Vertices, build};
 
 const SIDE: usize = 40;
-const PRECISIONS: [Precision; 2] = [Precision::Fast, Precision::Watertight];
+const PRECISIONS: [Precision; 3] = [Precision::Fast, Precision::Watertight, Precision::Exact];
 
 /// FNV-1a over what is shown of a value: numbers are shown with all their digits.
 struct Digest(u64);

@@ -19,7 +19,7 @@ fn build_as(triangles: &Triangles, options: &BuildOptions) -> Tree {
     tree
 }
 
-const PRECISIONS: [Precision; 2] = [Precision::Watertight, Precision::Fast];
+const PRECISIONS: [Precision; 3] = [Precision::Watertight, Precision::Exact, Precision::Fast];
 
 const STRATEGIES: [(Heuristic, Option<bool>); 4] = [
     (Heuristic::Global, Some(false)),
@@ -45,7 +45,7 @@ fn agree_in(tracer: &Tracer, rays: &[Ray], truths: &[Option<Hit>]) {
         for ((ray, found), (truth, is_hidden)) in rays.iter().zip(&hits).zip(truths.iter().zip(&hidden)) {
             assert_eq!(*is_hidden, found.is_some(), "{way:?} {ray:?}");
             match tracer.tree.precision() {
-                Precision::Watertight => assert_eq!(found, truth, "{way:?} {ray:?}"),
+                Precision::Watertight | Precision::Exact => assert_eq!(found, truth, "{way:?} {ray:?}"),
                 Precision::Fast => assert_possible(tracer.triangles, ray, *found, *truth),
             }
         }
@@ -96,7 +96,7 @@ fn agree(triangles: &Triangles, leaf_size: usize, rays: &[Ray]) {
     let mut truths = PRECISIONS.map(|_| None);
     for options in variants {
         let tree = build_as(triangles, &options);
-        let truths = truths[usize::from(options.precision == Precision::Fast)].get_or_insert_with(|| {
+        let truths = truths[options.precision as usize].get_or_insert_with(|| {
             let truth = |ray: &Ray| {
                 let truth = naive_closest(&tree, triangles, ray);
                 assert_eq!(naive_occluded(&tree, triangles, ray), truth.is_some(), "{ray:?}");

@@ -75,7 +75,7 @@ impl Fixture {
 
 const LAYOUTS: [Layout; 3] = [Layout::Classic, Layout::Wide, Layout::Compact];
 const HEURISTICS: [Heuristic; 3] = [Heuristic::Global, Heuristic::Local, Heuristic::Sah];
-const PRECISIONS: [Precision; 2] = [Precision::Watertight, Precision::Fast];
+const PRECISIONS: [Precision; 3] = [Precision::Watertight, Precision::Exact, Precision::Fast];
 
 fn each(count: usize, mut check: impl FnMut(&Fixture, BuildOptions)) {
     let fixture = Fixture::new(count, if cfg!(miri) { 20 } else { 2000 });

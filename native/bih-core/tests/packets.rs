@@ -23,9 +23,16 @@ fn answers(tracer: &Tracer, rays: &[Ray], together: usize, way: Way) -> (Vec<Opt
     (hits, hidden)
 }
 
-/// Watertight: packets of any size answer what single rays do, and these what the naive intersector does.
+/// Decided exactly: packets of any size answer what single rays do, and these what the naive intersector does.
 fn agree(triangles: &Triangles, leaf_size: usize, rays: &[Ray]) -> usize {
-    let tree = build_tree(triangles, Precision::Watertight, leaf_size);
+    let [watertight, exact] =
+        [Precision::Watertight, Precision::Exact].map(|precision| agree_in(precision, triangles, leaf_size, rays));
+    assert_eq!(watertight, exact);
+    exact
+}
+
+fn agree_in(precision: Precision, triangles: &Triangles, leaf_size: usize, rays: &[Ray]) -> usize {
+    let tree = build_tree(triangles, precision, leaf_size);
     let truth: Vec<_> =
         rays.iter().map(|ray| if ray.is_valid() { naive_closest(&tree, triangles, ray) } else { None }).collect();
     let is_hit: Vec<_> = truth.iter().map(Option::is_some).collect();

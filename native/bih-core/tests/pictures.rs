@@ -72,7 +72,7 @@ fn picture(tree: &Tree, triangles: &Triangles, offset: f64, samples: u32, cost: 
 fn pixels_show_what_single_rays_hit() {
     let soup = hills(0.0);
     let triangles = Triangles::new(Vertices::F32(&soup), None).unwrap();
-    for precision in [Precision::Watertight, Precision::Fast] {
+    for precision in [Precision::Watertight, Precision::Exact, Precision::Fast] {
         let tree = tree(&triangles, precision);
         let passes = picture(&tree, &triangles, 0.0, 2, false);
         let tracer = Tracer { tree: &tree, triangles: &triangles, set: InstructionSet::Scalar };

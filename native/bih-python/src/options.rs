@@ -1,6 +1,6 @@
 //! The names of options, looked up.
 
-use bih_core::build::{Build, Heuristic, Layout, Structure};
+use bih_core::build::{Build, Heuristic, Layout, Precision, Structure};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -34,6 +34,14 @@ pub fn named_heuristic(name: &str) -> PyResult<Heuristic> {
         .into_iter()
         .find(|heuristic| heuristic.name() == name)
         .ok_or_else(|| unknown("heuristic", name, "\"global\", \"local\" or \"sah\""))
+}
+
+/// The precision of that name.
+pub fn named_precision(name: &str) -> PyResult<Precision> {
+    [Precision::Watertight, Precision::Exact, Precision::Fast]
+        .into_iter()
+        .find(|precision| precision.name() == name)
+        .ok_or_else(|| unknown("precision", name, "\"watertight\", \"exact\" or \"fast\""))
 }
 
 fn unknown(argument: &str, name: &str, choice: &str) -> PyErr {

@@ -15,7 +15,7 @@ use crate::arrays::{Limit, LimitArray, limits, vectors};
 use crate::errors::{BihError, GeometryError, to_exception};
 use crate::hits::Hits;
 use crate::mesh::Mesh;
-use crate::options::{named_build, named_heuristic, named_layout, named_structure};
+use crate::options::{named_build, named_heuristic, named_layout, named_precision, named_structure};
 use crate::stats::Stats;
 use crate::supervise::{run, supervise};
 
@@ -57,15 +57,7 @@ impl Tree {
         let layout = layout.map_or(Ok(structure.layout()), named_layout)?;
         let build = named_build(build)?;
         let heuristic = heuristic.map_or(Ok(structure.heuristic()), named_heuristic)?;
-        let precision = match precision {
-            "fast" => Precision::Fast,
-            "watertight" => Precision::Watertight,
-            _ => {
-                let text =
-                    format!("precision: {precision:?} is not in this version; choose \"watertight\" or \"fast\"");
-                return Err(PyValueError::new_err(text));
-            }
-        };
+        let precision = named_precision(precision)?;
         if structure == Structure::Bih && presort == Some(true) && heuristic != Heuristic::Global {
             let text = "presort: the bucket sort is of the cells of heuristic \"global\"; leave it out";
             return Err(PyValueError::new_err(text));
@@ -103,7 +95,8 @@ impl Tree {
         t_max: Limit<'_>,
     ) -> PyResult<Hits> {
         let _standard = FloatEnvironment::standard();
-        if self.mesh.with_triangles(py, |triangles| triangles.is_double())? {
+        let is_exact = self.core.precision() == Precision::Exact;
+        if is_exact || self.mesh.with_triangles(py, |triangles| triangles.is_double())? {
             self.closest::<f64>(py, origins, directions, &t_min, &t_max)
         } else {
             self.closest::<f32>(py, origins, directions, &t_min, &t_max)
@@ -155,11 +148,7 @@ impl Tree {
             Some(_) => "compact",
             None => "classic",
         };
-        let precision = match self.core.precision() {
-            Precision::Fast => "fast",
-            Precision::Watertight => "watertight",
-        };
-        let names = [self.core.structure().name(), layout, self.core.heuristic().name(), precision];
+        let names = [self.core.structure().name(), layout, self.core.heuristic().name(), self.core.precision().name()];
         Stats::new(&self.core.stats(), names, self.core.build().name(), self.mesh.owned_bytes)
     }
 

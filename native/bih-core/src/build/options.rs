@@ -69,6 +69,8 @@ pub enum Precision {
     /// No ray passes between two triangles that share an edge or a vertex.
     #[default]
     Watertight,
+    /// The same decisions, and distances and weights as near to the truth as doubles come.
+    Exact,
 }
 
 /// Measured in docs/decisions/leaf-size.md.
@@ -84,6 +86,17 @@ impl Heuristic {
             Self::Global => "global",
             Self::Local => "local",
             Self::Sah => "sah",
+        }
+    }
+}
+
+impl Precision {
+    /// The name that a person knows it by.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Fast => "fast",
+            Self::Watertight => "watertight",
+            Self::Exact => "exact",
         }
     }
 }

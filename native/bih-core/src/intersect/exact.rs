@@ -170,6 +170,21 @@ fn scale(mut x: f64, mut exponent: i64) -> f64 {
 }
 
 #[cfg(test)]
+impl Fraction {
+    /// How far a number is from this, in units of the last place of doubles around this.
+    pub fn error(&self, value: f64) -> f64 {
+        let away = match self.compare_with(value) {
+            Ordering::Less => value.next_down(),
+            Ordering::Equal => return 0.0,
+            Ordering::Greater => value.next_up(),
+        };
+        let difference = self.numerator.minus(&self.denominator.times(&Dyadic::new(value)));
+        let unit = self.denominator.times(&Dyadic::new(away).minus(&Dyadic::new(value)));
+        Self::new(difference, unit).to_f64()
+    }
+}
+
+#[cfg(test)]
 mod tests {
     use super::*;
 

@@ -2,12 +2,15 @@
 //! numbers where not.
 
 mod distance;
+mod double_double;
 mod exact;
 mod moller_trumbore;
+mod rounding;
 mod watertight;
 
 pub use distance::{Distance, weights};
 pub use moller_trumbore::{Meeting, SingleHit, SingleRay};
+pub use rounding::{rounded, rounded_quickly};
 pub use watertight::{RayTest, has_no_area};
 
 /// Half a unit in the last place of 1: the largest relative error of one rounding in double precision.

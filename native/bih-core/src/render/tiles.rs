@@ -239,7 +239,7 @@ fn surface(tracer: &Tracer, ray: &Ray, hit: &Hit, has_normal: bool) -> Surface {
     let corners = tracer.triangles.corners(hit.triangle);
     let normal = if has_normal { facing(&corners, ray) } else { [0.0; 3] };
     let (position, error) = match tracer.tree.precision() {
-        Precision::Watertight => along(ray, hit),
+        Precision::Watertight | Precision::Exact => along(ray, hit),
         Precision::Fast => within(&corners, hit),
     };
     Surface { error, position, normal }

@@ -60,7 +60,7 @@ fn none_are_met_where_the_mesh_has_none() {
     let (soup, rays) = mesh_and_rays();
     let triangles = Triangles::new(Vertices::F32(&soup), None).unwrap();
     let layouts = [Layout::Classic, Layout::Wide, Layout::Compact];
-    let precisions = [Precision::Fast, Precision::Watertight];
+    let precisions = [Precision::Fast, Precision::Watertight, Precision::Exact];
     for (layout, precision) in layouts.into_iter().flat_map(|layout| precisions.map(|precision| (layout, precision))) {
         let options = BuildOptions { layout, precision, ..Default::default() };
         let tree = build(&triangles, &options, &Control::default()).unwrap();

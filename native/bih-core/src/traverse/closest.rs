@@ -16,7 +16,8 @@ use crate::kd_tree;
 use crate::simd::Lanes;
 use crate::tree::{Kind, Tree};
 
-/// A hit: the lowest row among the nearest triangles.
+/// A hit: the lowest row among the nearest triangles. Numbers of precision `exact` are off by less than one unit in the
+/// last place.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hit {
     /// Distance in units of the direction's length; watertight within 2^-40 of the true value, relatively.
@@ -51,11 +52,14 @@ pub(super) struct Nearest {
     ray: Ray,
     test: RayTest,
     best: Option<Best>,
+    /// Whether t and the weights are left to `Tracer::closest`, which rounds those of many rays together.
+    is_rounded_later: bool,
 }
 
 impl Nearest {
     pub(super) fn new(ray: &Ray, tree: &Tree) -> Self {
-        Self { ray: *ray, test: RayTest::new(ray, tree.bounds()), best: None }
+        let is_rounded_later = tree.precision == Precision::Exact;
+        Self { ray: *ray, test: RayTest::new(ray, tree.bounds()), best: None, is_rounded_later }
     }
 
     pub(super) fn ray(&self) -> &Ray {
@@ -84,11 +88,16 @@ impl Nearest {
     }
 
     pub(super) fn hit(&self) -> Option<Hit> {
-        self.best.as_ref().map(|Best { row, corners, distance }| hit_at(&self.test, *row, corners, distance))
+        let Best { row, corners, distance } = self.best.as_ref()?;
+        Some(if self.is_rounded_later {
+            Hit { t: distance.t, triangle: *row, u: 0.0, v: 0.0 }
+        } else {
+            hit_at(&self.test, *row, corners, distance)
+        })
     }
 }
 
-/// The hit of a triangle that the ray meets at this distance.
+/// The hit of a triangle that the ray meets at this distance, as precision `watertight` has it.
 pub(super) fn hit_at(test: &RayTest, row: u32, corners: &Corners, distance: &Distance) -> Hit {
     let [u, v] = weights(test, corners);
     Hit { t: distance.refined(test, corners).t, triangle: row, u, v }
@@ -127,7 +136,7 @@ fn in_records<L: Lanes, C: Counter>(scene: &Scene, ray: &Ray, stack: &mut Stack,
     let stack = &mut stack.wide;
     match scene.tree.precision {
         Precision::Fast => wide::search::<L, FastClosest, C>(scene, ray, stack, counter),
-        Precision::Watertight => wide::search::<L, WatertightClosest, C>(scene, ray, stack, counter),
+        Precision::Watertight | Precision::Exact => wide::search::<L, WatertightClosest, C>(scene, ray, stack, counter),
     }
 }
 
@@ -142,7 +151,9 @@ pub(super) fn in_nodes<C: Counter>(
 ) -> Option<Hit> {
     match tree.precision {
         Precision::Fast => node_search::search::<single::Nearest, C>(tree, triangles, ray, stack, counter),
-        Precision::Watertight => node_search::search::<Nearest, C>(tree, triangles, ray, stack, counter),
+        Precision::Watertight | Precision::Exact => {
+            node_search::search::<Nearest, C>(tree, triangles, ray, stack, counter)
+        }
     }
 }
 
@@ -157,7 +168,9 @@ pub(super) fn two_by_two(
 ) {
     match tree.precision {
         Precision::Fast => node_search::search_packets::<single::Nearest>(tree, triangles, rays, stack, hits),
-        Precision::Watertight => node_search::search_packets::<Nearest>(tree, triangles, rays, stack, hits),
+        Precision::Watertight | Precision::Exact => {
+            node_search::search_packets::<Nearest>(tree, triangles, rays, stack, hits)
+        }
     }
 }
 

@@ -112,7 +112,7 @@ pub fn occluded_in_flight<L: Lanes, R: Rays<bool>>(tree: &Tree, triangles: &Tria
 fn in_records<L: Lanes, F: Search, W: Search<Answer = F::Answer>, R: Rays<F::Answer>>(scene: &Scene, rays: &mut R) {
     match scene.tree.precision {
         Precision::Fast => fly::<L, F, R>(scene, rays),
-        Precision::Watertight => fly::<L, W, R>(scene, rays),
+        Precision::Watertight | Precision::Exact => fly::<L, W, R>(scene, rays),
     }
 }
 

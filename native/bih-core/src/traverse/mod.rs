@@ -12,6 +12,7 @@ mod node_search;
 mod occlusion;
 mod packet;
 mod postponed;
+mod rounding;
 mod scene;
 mod search;
 mod single;

@@ -1,10 +1,12 @@
 //! Every triangle, one after another: what every faster way is tested against.
 
 use super::closest::{Hit, Nearest, distance_within};
+use super::rounding::round_hits;
 use super::single;
 use crate::build::Precision;
 use crate::geometry::{Ray, Triangles};
 use crate::intersect::RayTest;
+use crate::simd::InstructionSet;
 use crate::tree::Tree;
 
 /// The nearest hit of a valid ray among all triangles that were not rejected.
@@ -16,7 +18,11 @@ pub fn naive_closest(tree: &Tree, triangles: &Triangles, ray: &Ray) -> Option<Hi
     for row in tree.references() {
         nearest.offer(row, triangles.corners(row));
     }
-    nearest.hit()
+    let mut hit = [nearest.hit()];
+    if tree.precision == Precision::Exact {
+        round_hits(InstructionSet::Scalar, triangles, &[*ray], &mut hit);
+    }
+    hit[0]
 }
 
 /// Whether any triangle lies between the ends of a valid ray.

@@ -30,7 +30,9 @@ fn in_records<L: Lanes, C: Counter>(scene: &Scene, ray: &Ray, stack: &mut Stack,
     let stack = &mut stack.wide;
     match scene.tree.precision {
         Precision::Fast => wide::search::<L, FastOccluded, C>(scene, ray, stack, counter),
-        Precision::Watertight => wide::search::<L, WatertightOccluded, C>(scene, ray, stack, counter),
+        Precision::Watertight | Precision::Exact => {
+            wide::search::<L, WatertightOccluded, C>(scene, ray, stack, counter)
+        }
     }
 }
 
@@ -45,7 +47,9 @@ pub(super) fn in_nodes<C: Counter>(
 ) -> bool {
     match tree.precision {
         Precision::Fast => node_search::search::<single::Any, C>(tree, triangles, ray, stack, counter),
-        Precision::Watertight => node_search::search::<node_search::Any, C>(tree, triangles, ray, stack, counter),
+        Precision::Watertight | Precision::Exact => {
+            node_search::search::<node_search::Any, C>(tree, triangles, ray, stack, counter)
+        }
     }
 }
 
@@ -54,6 +58,8 @@ pub(super) fn in_nodes<C: Counter>(
 pub(super) fn two_by_two(tree: &Tree, triangles: &Triangles, rays: &[Ray], stack: &mut Stack, hidden: &mut [bool]) {
     match tree.precision {
         Precision::Fast => node_search::search_packets::<single::Any>(tree, triangles, rays, stack, hidden),
-        Precision::Watertight => node_search::search_packets::<node_search::Any>(tree, triangles, rays, stack, hidden),
+        Precision::Watertight | Precision::Exact => {
+            node_search::search_packets::<node_search::Any>(tree, triangles, rays, stack, hidden)
+        }
     }
 }

@@ -4,8 +4,10 @@
 
 use super::flight::{Rays, closest_in_flight, occluded_in_flight};
 use super::packet::{self, PACKET};
+use super::rounding::round_hits;
 use super::scene::Scene;
 use super::{Counts, Hit, Stack, Uncounted, closest, occlusion};
+use crate::build::Precision;
 use crate::geometry::{Ray, Triangles};
 use crate::simd::{InstructionSet, Kernel, Lanes, dispatch_to, instruction_sets};
 use crate::tree::Tree;
@@ -58,7 +60,10 @@ impl<'a> Tracer<'a> {
     pub fn closest(&self, rays: &[Ray], way: Way, stack: &mut Stack, hits: &mut [Option<Hit>]) {
         assert_eq!(rays.len(), hits.len());
         hits.fill(None);
-        dispatch_to(self.set, Closest { tracer: self, rays, way, stack, hits });
+        dispatch_to(self.set, Closest { tracer: self, rays, way, stack, hits: &mut *hits });
+        if self.tree.precision == Precision::Exact {
+            round_hits(self.set, self.triangles, rays, hits);
+        }
     }
 
     /// Whether each ray hits anything; an invalid ray does not.

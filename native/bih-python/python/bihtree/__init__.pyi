@@ -6,8 +6,8 @@ are closed: their boundary is hit; degenerate ones and ones in the ray's plane a
 Equal t: the lower row. All of this is decided exactly, for the vertices and rays as the real numbers that they are.
 
 A ray with NaN in anything, an infinite origin or direction, a zero direction, t_min = inf or t_max = -inf is a miss,
-counted in Hits.invalid. Floats of the results: float64 for float64 vertices, else float32. A t beyond the largest
-finite number is that number.
+counted in Hits.invalid. Floats of the results: float64 for precision "exact" or float64 vertices, else float32. A t
+beyond the largest finite number is that number.
 
 The same bits come out for any number of threads. Queries release the interpreter lock and may run from several Python
 threads at once; Ctrl-C ends long ones.
@@ -52,7 +52,8 @@ class Hits:
     @property
     def t(self) -> NDArray[np.floating]:
         """(N,) distance along the ray; inf where nothing was hit. Within one unit in the last place of the true value
-        in float32, within 2^-40 of it, relatively, in float64; no such promise where precision is "fast"."""
+        in float32 and where precision is "exact", else within 2^-40 of it, relatively; no such promise where precision
+        is "fast"."""
 
     @property
     def triangle(self) -> NDArray[np.int32]:
@@ -60,7 +61,8 @@ class Hits:
 
     @property
     def u(self) -> NDArray[np.floating]:
-        """(N,) barycentric weight of the triangle's second vertex, 0 for a miss; within 2^-32 and one rounding."""
+        """(N,) barycentric weight of the triangle's second vertex, 0 for a miss; within 2^-32 and one rounding, where
+        precision is "exact" within one unit in the last place."""
 
     @property
     def v(self) -> NDArray[np.floating]:
@@ -168,7 +170,7 @@ class Tree:
         build: Literal["eager", "on_demand"] = "eager",
         heuristic: Literal["global", "local", "sah"] | None = None,
         presort: bool | None = None,
-        precision: Literal["watertight", "fast"] = "watertight",
+        precision: Literal["watertight", "exact", "fast"] = "watertight",
         leaf_size: int | None = None,
         threads: int = 0,
         copy: bool = True,
@@ -192,8 +194,10 @@ class Tree:
             its centres' bounds; "sah" where the surface area heuristic expects the least cost
             (docs/decisions/heuristics.md).
         presort: the bucket sort before the global heuristic, which changes no bit of the tree; None: where it pays.
-        precision: "watertight" decides every hit exactly; "fast" is single precision throughout, for previews: rays may
-            slip through edges, and docs/accuracy.md says what else may happen.
+        precision: "watertight" decides every hit exactly; "exact" makes the same decisions, and answers t, u and v in
+            float64 with an error below one unit in the last place, the same bits for every structure, layout and
+            heuristic; "fast" is single precision throughout, for previews: rays may slip through edges, and
+            docs/accuracy.md says what else may happen.
         build: "eager" builds all of the tree now; "on_demand", of "bih" alone, lays down its upper nodes, and rays
             build what they come to: for views that need a part of a large mesh (docs/decisions/on-demand.md). Every
             answer is the same.

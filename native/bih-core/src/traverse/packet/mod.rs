@@ -54,7 +54,7 @@ pub(super) fn closest<L: Lanes>(scene: &Scene, rays: &[Ray], stack: &mut Stack, 
             trace(scene, &rows, &groups, active, stack, &mut query);
             query.collect(active, |ray, hit| hits[ray] = hit);
         }
-        Precision::Watertight => {
+        Precision::Watertight | Precision::Exact => {
             let mut query = watertight::Closest::new(rays, &groups, tree);
             trace(scene, &rows, &groups, active, stack, &mut query);
             query.collect(active, |ray, hit| hits[ray] = hit);
@@ -77,7 +77,7 @@ pub(super) fn occluded<L: Lanes>(scene: &Scene, rays: &[Ray], stack: &mut Stack,
             trace(scene, &rows, &groups, active, stack, &mut query);
             query.hidden
         }
-        Precision::Watertight => {
+        Precision::Watertight | Precision::Exact => {
             let mut query = watertight::Occluded::new(rays, &groups, scene.tree);
             trace(scene, &rows, &groups, active, stack, &mut query);
             query.hidden
@@ -139,7 +139,7 @@ pub fn is_coherent(tree: &Tree, rays: &[Ray]) -> bool {
 #[inline(always)]
 fn active<L: Lanes>(scene: &Scene, groups: &[Group<L>; GROUPS]) -> u64 {
     // Where double precision decides, the filter has no room for its vertices.
-    let is_double = scene.triangles.is_double() && scene.tree.precision == Precision::Watertight;
+    let is_double = scene.triangles.is_double() && scene.tree.precision != Precision::Fast;
     let mut active = 0;
     for (group, rays) in groups.iter().enumerate().filter(|_| !is_double && !scene.wide.records.is_empty()) {
         active |= u64::from(rays.in_range(scene.tree.bounds())) << (WIDTH * group);
