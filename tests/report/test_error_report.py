@@ -6,7 +6,9 @@ import csv
 import json
 import re
 from argparse import ArgumentParser, Namespace
+from dataclasses import replace
 from pathlib import Path
+from time import sleep
 
 import bihtree
 import numpy as np
@@ -114,6 +116,27 @@ def test_the_naive_one_is_given_few_rays_and_a_missing_one_none(results):
     assert naive.every == 1 and Naive().every(Mesh("", np.eye(3), np.zeros((10**6, 3), np.int32)), 1000) == 100
     missing = next(row for row in results.hits.rows if row.name == "elsewhere")
     assert missing.missing == "it is not installed" and not missing.rays
+
+
+def test_a_slow_method_is_given_fewer_rays():
+    class Slow(Wrong):
+        name = "slow"
+
+        def trace(self, rays: Rays) -> Answers:
+            sleep(0.001 * len(rays.origins))
+            return super().trace(rays)
+
+    options = replace(SMALL, rays=1000, patience=0.1)
+    found = report.measured(subject_of(meshes.icosphere(1)), options, [Slow(), Ours(WATERTIGHT)], silent)
+    slow, ours = found.hits.row("slow"), found.hits.row(WATERTIGHT)
+    assert slow.every >= 5 and slow.rays * slow.every == pytest.approx(1000, rel=0.3)
+    assert ours.wrong == 0 and slow.missed > 0
+    assert ours.rays * ours.every == pytest.approx(1000, rel=0.3)
+    for ray in found.hits.beside:
+        assert ray["worst_of"] == "slow"
+        assert ray["answers"]["slow"]["triangle"] == -1 and ray["truth"]["triangle"] >= 0
+        assert ray["answers"][WATERTIGHT]["t"] == pytest.approx(ray["truth"]["t"])
+    assert found.hits.beside
 
 
 def test_the_front_is_marked(results):

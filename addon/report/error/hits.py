@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from math import ceil
 from statistics import median
 from time import perf_counter
 from typing import Any
@@ -11,15 +12,19 @@ from typing import Any
 import numpy as np
 
 from . import rays as kinds_of_rays
-from .comparison import Comparison, compared, leaks, neighbours, quantile
+from . import worst_rays
+from .comparison import compared, leaks, neighbours, quantile
 from .methods import Answers, Built, Method
 from .pareto import front
 from .progress import Progress
-from .rays import Rays
+from .rays import Kind
 from .subject import Subject
 from .truth import Nearest, Truth
 
-WORST = 5
+TRIED = 8
+"""Rays of each kind that are tried to see how long a method takes."""
+FEW = 10
+"""A method that is given less than one ray in so many is on no front."""
 SLOW = 5.0
 """A method that takes more seconds than this is measured once."""
 MILLION = 1_000_000
@@ -37,14 +42,6 @@ class Span:
 
 def span(values: Sequence[float]) -> Span | None:
     return Span(median(values), min(values), max(values), len(values)) if values else None
-
-
-@dataclass
-class Kind:
-    """One kind of rays, and what they truly hit."""
-
-    rays: Rays
-    truth: Nearest
 
 
 @dataclass
@@ -106,7 +103,13 @@ COSTS = {"seconds": "seconds, build and trace", "nodes": "nodes a ray", "bytes":
 
 
 def measure(
-    hits: Hits, subject: Subject, methods: Sequence[Method], count: int, rounds: int, progress: Progress
+    hits: Hits,
+    subject: Subject,
+    methods: Sequence[Method],
+    count: int,
+    rounds: int,
+    patience: float,
+    progress: Progress,
 ) -> None:
     """Fill `hits`. Raises Cancelled and KeyboardInterrupt; what was measured before stays in it."""
     mesh = subject.mesh
@@ -130,7 +133,6 @@ def measure(
     ]
     for turn in range(rounds + 1):
         for number, (method, row) in enumerate(present):
-            row.every = method.every(mesh, count)
             if turn and (row.name in clocks) and (row.every > 1 or spent[row.name] > SLOW):
                 continue
             where = f"{method.name}, round {turn} of {rounds}" if turn else method.name
@@ -138,8 +140,11 @@ def measure(
             started = perf_counter()
             built = method.build(mesh)
             ready = perf_counter()
+            if not turn:
+                row.every = max(method.every(mesh, count), _affordable(built, kinds, patience))
+            traced = perf_counter()
             answers = {name: built.trace(kind.rays.every(row.every)) for name, kind in kinds.items()}
-            seconds = (perf_counter() - ready) * sum(len(kind.truth) for kind in kinds.values())
+            seconds = (perf_counter() - traced) * sum(len(kind.truth) for kind in kinds.values())
             seconds /= sum(len(found.triangle) for found in answers.values())
             if not turn:
                 _judge(row, answers, kinds, truth)
@@ -152,7 +157,20 @@ def measure(
             _time(row, clocks.get(row.name, []))
         hits.rounds = turn
         mark_fronts(hits.rows)
-    hits.beside = _beside(hits.rows, answered, kinds)
+    given = [(method, row.every, row.worst) for method, row in present]
+    hits.beside = worst_rays.beside(given, answered, kinds, mesh)
+
+
+def _affordable(built: Built, kinds: Mapping[str, Kind], patience: float) -> int:
+    """One ray in so many takes about `patience` seconds; a few are tried, and the first time does not count."""
+    few = [kind.rays.every(max(1, len(kind.truth) // TRIED)) for kind in kinds.values()]
+    for _ in range(2):
+        started = perf_counter()
+        for rays in few:
+            built.trace(rays)
+        seconds = perf_counter() - started
+    share = sum(len(kind.truth) for kind in kinds.values()) / max(1, sum(len(rays.origins) for rays in few))
+    return max(1, ceil(seconds * share / patience))
 
 
 def mark_fronts(rows: Sequence[Row]) -> None:
@@ -161,7 +179,7 @@ def mark_fronts(rows: Sequence[Row]) -> None:
         points = {
             row.name: (value, row.wrong_a_million)
             for row in rows
-            if (value := cost_of(row, cost)) is not None and row.wrong_a_million is not None and row.every == 1
+            if (value := cost_of(row, cost)) is not None and row.wrong_a_million is not None and row.every <= FEW
         }
         chosen = front(points)
         for row in rows:
@@ -183,7 +201,7 @@ def _time(row: Row, clocks: Sequence[tuple[float, float]]) -> None:
 def _facts(row: Row, built: Built, kinds: Mapping[str, Kind], triangles: int) -> None:
     row.bytes = built.bytes()
     row.bytes_a_triangle = None if row.bytes is None else row.bytes / triangles
-    visited = [built.nodes(kind.rays) for kind in kinds.values()]
+    visited = [built.nodes(kind.rays.every(row.every)) for kind in kinds.values()]
     known = [nodes * len(kind.truth) for nodes, kind in zip(visited, kinds.values(), strict=True) if nodes is not None]
     row.nodes_a_ray = sum(known) / sum(len(kind.truth) for kind in kinds.values()) if len(known) == len(kinds) else None
 
@@ -207,10 +225,10 @@ def _judge(row: Row, answers: Mapping[str, Answers], kinds: Mapping[str, Kind], 
             row.leaks += int(leaks(found, nearest, comparison, is_neighbour).sum())
             row.aimed += len(nearest)
         errors.append(comparison.t_error)
-        worst += _worst(name, row.every, found, nearest, comparison)
+        worst += worst_rays.of(name, row.every, found, nearest, comparison)
     every = np.concatenate(errors)
     row.t_error_max, row.t_error_999 = quantile(every, 1.0), quantile(every, 0.999)
-    row.worst = sorted(worst, key=lambda ray: -ray["off"])[:WORST]
+    row.worst = sorted(worst, key=lambda ray: -ray["off"])[: worst_rays.WORST]
 
 
 def every_of(truth: Nearest, step: int) -> Nearest:
@@ -219,50 +237,3 @@ def every_of(truth: Nearest, step: int) -> Nearest:
         return truth
     ties = {row // step: rows for row, rows in truth.ties.items() if row % step == 0}
     return Nearest(truth.triangle[::step], truth.t[::step], truth.rest[::step], ties)
-
-
-def _worst(kind: str, every: int, answers: Answers, truth: Nearest, comparison: Comparison) -> list[dict[str, Any]]:
-    """The wrong answers that are furthest off, relatively; a hit or miss turned round is off without end."""
-    rows = np.flatnonzero(comparison.wrong)
-    with np.errstate(all="ignore"):
-        off = np.abs(answers.t[rows].astype(np.float64) - truth.t[rows]) / truth.t[rows]
-    off = np.where(np.isfinite(off), off, np.inf)
-    return [
-        {"kind": kind, "ray": int(rows[i]) * every, "off": float(off[i])}
-        for i in np.argsort(-off, kind="stable")[:WORST]
-    ]
-
-
-def _beside(
-    rows: Sequence[Row], answered: Mapping[str, Mapping[str, Answers]], kinds: Mapping[str, Kind]
-) -> list[dict[str, Any]]:
-    """The worst rays of each method that has any, with what every method that was given them answered."""
-    table, seen = [], set()
-    for row in rows:
-        for ray in row.worst:
-            place = (ray["kind"], ray["ray"])
-            if place in seen:
-                continue
-            seen.add(place)
-            kind = kinds[ray["kind"]]
-            answers = {
-                name: _answer(found[ray["kind"]], ray["ray"])
-                for name, found in answered.items()
-                if len(found[ray["kind"]].triangle) == len(kind.truth)
-            }
-            table.append(
-                {
-                    "worst_of": row.name,
-                    "kind": ray["kind"],
-                    "origin": kind.rays.origins[ray["ray"]].tolist(),
-                    "direction": kind.rays.directions[ray["ray"]].tolist(),
-                    "truth": _answer(Answers(kind.truth.triangle, kind.truth.t), ray["ray"]),
-                    "answers": answers,
-                }
-            )
-    return table
-
-
-def _answer(answers: Answers, ray: int) -> dict[str, Any]:
-    row = int(answers.triangle[ray])
-    return {"triangle": row, "t": None if row < 0 else float(answers.t[ray])}

@@ -16,6 +16,8 @@ class Options:
 
     rays: int = 50_000
     rounds: int = 5
+    patience: float = 20.0
+    """Seconds of tracing a round: a method that would take longer is given fewer rays."""
     threads: int = 1
     width: int = 640
     """Of pictures, at most."""
@@ -50,5 +52,8 @@ class Options:
         return {**chosen, "sections": ", ".join(self.sections)}
 
 
-QUICK = {"rays": 3_000, "rounds": 2, "width": 160, "samples": 8, "steps": 4, "sweep_rays": 150, "pairs": 3}
+QUICK = {"rays": 3_000, "rounds": 2, "patience": 2.0, "width": 160, "samples": 8, "steps": 4} | {
+    "sweep_rays": 150,
+    "pairs": 3,
+}
 """For about a minute."""

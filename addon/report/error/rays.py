@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import bihtree
@@ -33,6 +34,14 @@ class Rays(NamedTuple):
 
     def every(self, step: int) -> Rays:
         return Rays(self.origins[::step], self.directions[::step])
+
+
+@dataclass(frozen=True)
+class Kind:
+    """One kind of rays, and what they truly hit."""
+
+    rays: Rays
+    truth: Nearest
 
 
 def of_kinds(truth: Truth, mesh: Mesh, view: CameraView, count: int) -> Iterator[tuple[str, Rays, Nearest]]:

@@ -55,7 +55,7 @@ def measured(subject: Subject, options: Options, methods: Sequence[Method], told
     progress = Progress(told, {part: w for name in options.sections for part, w in WEIGHTS[name].items()})
     try:
         if "hits" in options.sections:
-            hits.measure(results.hits, subject, methods, options.rays, options.rounds, progress)
+            hits.measure(results.hits, subject, methods, options.rays, options.rounds, options.patience, progress)
         if "image" in options.sections:
             image_error.measure(results.image, subject, options.width, options.samples, options.rounds, progress)
         if "stability" in options.sections:
