@@ -31,7 +31,7 @@ class Answers(Protocol):
 
 
 class Promise(NamedTuple):
-    """docs/accuracy.md: the error of t in ulp of a format, and relative to t; that of u and v in ulp, and absolute."""
+    """docs/accuracy.md: the error of t in ulp of a format or relative, the larger; of u and v in ulp and absolute."""
 
     format: type[np.floating]
     t_ulps: int
@@ -40,14 +40,15 @@ class Promise(NamedTuple):
     weight_error: Fraction
 
     def of_t(self, truth: Fraction) -> Fraction:
-        return self.t_ulps * ulp(truth, self.format) + self.t_relative * abs(truth)
+        return max(self.t_ulps * ulp(truth, self.format), self.t_relative * abs(truth))
 
     def of_weight(self, truth: Fraction) -> Fraction:
         return self.weight_ulps * ulp(truth, self.format) + self.weight_error
 
 
 EXACT = Promise(np.float64, 1, Fraction(0), 1, Fraction(0))
-WATERTIGHT = Promise(np.float64, 0, Fraction(1, 2**40), 0, Fraction(1, 2**32))
+# One ulp is more than that where t is subnormal.
+WATERTIGHT = Promise(np.float64, 1, Fraction(1, 2**40), 0, Fraction(1, 2**32))
 # Within 2^-32, then rounded to float32, in which weights are 2^-24 apart at most.
 WATERTIGHT_FLOAT32 = Promise(np.float32, 1, Fraction(0), 0, Fraction(1, 2**32) + Fraction(1, 2**25))
 
@@ -126,7 +127,7 @@ def _is_close(
 ) -> NDArray[np.bool_]:
     """No false True: the truth is taken as far off, and its ulp as small, as it can be."""
     smallest = np.nextafter(np.maximum(np.abs(truth) - error, 0).astype(spacing), spacing(0))
-    allowed = ulps * np.spacing(smallest).astype(np.float64) + float(absolute) + float(relative) * smallest
+    allowed = np.maximum(ulps * np.spacing(smallest).astype(np.float64), float(relative) * smallest) + float(absolute)
     off = np.abs(found.astype(truth.dtype) - truth) + error
     return np.asarray(off * (1 + 2.0**-50) <= allowed)
 

@@ -31,7 +31,7 @@ STRUCTURES: dict[str, dict[str, str]] = {
     "kd_tree": {"structure": "kd_tree"},
     "bvh": {"structure": "bvh"},
 }
-PRECISIONS = ("fast", "watertight")
+PRECISIONS = ("fast", "watertight", "exact")
 NONE = Fraction(0)
 ULP = Promise(np.float32, 1, NONE, 0, NONE), Promise(np.float64, 1, NONE, 0, NONE)  # for errors of t in ulp
 
