@@ -3,7 +3,7 @@
 use std::array::from_fn;
 use std::cmp::Ordering;
 
-use super::exact::Fraction;
+use super::exact;
 use super::watertight::UNDERFLOW;
 use super::{EPSILON, RayTest};
 use crate::geometry::{Corners, Vector, subtract};
@@ -19,14 +19,14 @@ pub struct Distance {
 
 /// A sum of products and a bound on its error.
 #[derive(Clone, Copy)]
-struct Approximation {
-    value: f64,
-    error: f64,
+pub(super) struct Approximation {
+    pub value: f64,
+    pub error: f64,
 }
 
 /// a · (b × c), where each component of the three may carry the error of one subtraction.
 #[inline(always)]
-fn triple_product(a: &Vector, b: &Vector, c: &Vector) -> Approximation {
+pub(super) fn triple_product(a: &Vector, b: &Vector, c: &Vector) -> Approximation {
     let terms: [(f64, f64); 3] = from_fn(|i| {
         let (j, k) = ((i + 1) % 3, (i + 2) % 3);
         let (p, q) = (b[j] * c[k], b[k] * c[j]);
@@ -76,7 +76,7 @@ impl Distance {
 
     #[cold]
     fn exact(test: &RayTest, corners: &Corners) -> Self {
-        let t = exactly(test, corners).to_f64();
+        let t = exact::distance(corners, &test.origin, &test.direction);
         Self { t, error: 2.0 * EPSILON * t.abs() + f64::MIN_POSITIVE }
     }
 
@@ -100,7 +100,7 @@ impl Distance {
         } else if self.lower() > x {
             Ordering::Greater
         } else {
-            exactly(test, corners).compare_with(x)
+            exact::compare_distance_with(corners, &test.origin, &test.direction, x)
         }
     }
 
@@ -115,7 +115,7 @@ impl Distance {
             // Meshes do hold the same triangle many times.
             Ordering::Equal
         } else {
-            exactly(test, corners).compare(&exactly(test, other_corners))
+            exact::compare_distances(corners, other_corners, &test.origin, &test.direction)
         }
     }
 
@@ -124,11 +124,6 @@ impl Distance {
         const LIMIT: f64 = 1.0 / (1u64 << 40) as f64;
         if self.error <= LIMIT * self.t.abs() { self } else { Self::exact(test, corners) }
     }
-}
-
-#[cold]
-fn exactly(test: &RayTest, corners: &Corners) -> Fraction {
-    Fraction::distance(corners, &test.origin, &test.direction)
 }
 
 /// Barycentric weights of the second and third vertex of a triangle that the ray's line meets, each within 2^-32.
@@ -142,7 +137,7 @@ pub fn weights(test: &RayTest, corners: &Corners) -> [f64; 2] {
     let [u, v] = if test.is_in_range() && u.error < LIMIT && v.error < LIMIT {
         [u.value, v.value]
     } else {
-        Fraction::weights(corners, &test.origin, &test.direction).map(|weight| weight.to_f64())
+        exact::weights(corners, &test.origin, &test.direction)
     };
     let u = u.clamp(0.0, 1.0);
     [u, v.clamp(0.0, 1.0 - u)]

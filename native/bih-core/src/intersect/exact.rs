@@ -1,11 +1,14 @@
 //! Exact decisions: every finite double is a whole number times a power of two, so sums and products of them are too.
 //!
-//! Slow and rare: what the filters of `watertight` and `distance` leave over comes here.
+//! What the filters of `watertight` and `distance` leave over comes here. Most of it has room in numbers of a fixed length
+//! (`whole`), the rest is decided in big ones, which are slow.
 
 use std::cmp::Ordering;
 
 use num_bigint::{BigInt, Sign};
 
+use super::fixed::{parts, scale};
+use super::whole::Question;
 use crate::geometry::{Corners, Vector};
 
 /// mantissa · 2^exponent
@@ -20,13 +23,10 @@ type Point = [Dyadic; 3];
 impl Dyadic {
     pub fn new(x: f64) -> Self {
         debug_assert!(x.is_finite());
-        let bits = x.to_bits();
-        let biased = (bits >> 52 & 0x7ff) as i64;
-        let fraction = (bits & ((1 << 52) - 1)) as i64;
-        // Subnormals have no hidden bit and the exponent of the smallest normals.
-        let magnitude = if biased == 0 { fraction } else { fraction | 1 << 52 };
-        let mantissa = BigInt::from(if x.is_sign_negative() { -magnitude } else { magnitude });
-        Self { mantissa, exponent: biased.max(1) - 1075 }
+        let (magnitude, exponent) = parts(x);
+        let mantissa = BigInt::from(magnitude);
+        let mantissa = if x.is_sign_negative() { -mantissa } else { mantissa };
+        Self { mantissa, exponent: i64::from(exponent) }
     }
 
     fn combine(&self, other: &Self, join: impl Fn(BigInt, BigInt) -> BigInt) -> Self {
@@ -35,7 +35,7 @@ impl Dyadic {
         Self { mantissa: join(aligned(self), aligned(other)), exponent }
     }
 
-    fn plus(&self, other: &Self) -> Self {
+    pub fn plus(&self, other: &Self) -> Self {
         self.combine(other, |a, b| a + b)
     }
 
@@ -47,7 +47,7 @@ impl Dyadic {
         Self { mantissa: &self.mantissa * &other.mantissa, exponent: self.exponent + other.exponent }
     }
 
-    fn sign(&self) -> Ordering {
+    pub fn sign(&self) -> Ordering {
         match self.mantissa.sign() {
             Sign::Minus => Ordering::Less,
             Sign::NoSign => Ordering::Equal,
@@ -77,7 +77,7 @@ fn dot(a: &Point, b: &Point) -> Dyadic {
 
 /// Edge values of a triangle seen from a ray: each is the signed volume of the ray's direction and one edge, opposite
 /// to the vertex of the same number.
-pub fn edges(corners: &Corners, origin: &Vector, direction: &Vector) -> [Dyadic; 3] {
+pub(super) fn edges(corners: &Corners, origin: &Vector, direction: &Vector) -> [Dyadic; 3] {
     let origin = point(origin);
     let direction = point(direction);
     let [a, b, c] = corners.map(|corner| difference(&point(&corner), &origin));
@@ -86,9 +86,43 @@ pub fn edges(corners: &Corners, origin: &Vector, direction: &Vector) -> [Dyadic;
 
 /// Whether the line of the ray meets the closed triangle: all edge values of one sign or zero, and not all zero.
 pub fn is_inside(corners: &Corners, origin: &Vector, direction: &Vector) -> bool {
-    let signs = edges(corners, origin, direction).map(|edge| edge.sign());
+    let signs = Question::new(origin, direction, &[corners])
+        .signs(corners)
+        .unwrap_or_else(|| edges(corners, origin, direction).map(|edge| edge.sign()));
     let none = |sign| signs.iter().all(|&s| s != sign);
     (none(Ordering::Less) || none(Ordering::Greater)) && signs.iter().any(|&s| s != Ordering::Equal)
+}
+
+/// The order of the distances of two triangles that the ray is not parallel to.
+pub fn compare_distances(first: &Corners, second: &Corners, origin: &Vector, direction: &Vector) -> Ordering {
+    Question::new(origin, direction, &[first, second]).compare(first, second).unwrap_or_else(|| {
+        let [first, second] = [first, second].map(|corners| Fraction::distance(corners, origin, direction));
+        first.compare(&second)
+    })
+}
+
+/// The order of such a distance and a double; infinities compare as they should.
+pub fn compare_distance_with(corners: &Corners, origin: &Vector, direction: &Vector, x: f64) -> Ordering {
+    if x.is_infinite() {
+        return if x > 0.0 { Ordering::Less } else { Ordering::Greater };
+    }
+    Question::new(origin, direction, &[corners])
+        .compare_with(corners, x)
+        .unwrap_or_else(|| Fraction::distance(corners, origin, direction).compare_with(x))
+}
+
+/// Such a distance, off by hardly more than half a unit in the last place; the largest finite number for all beyond it.
+pub fn distance(corners: &Corners, origin: &Vector, direction: &Vector) -> f64 {
+    Question::new(origin, direction, &[corners])
+        .distance(corners)
+        .unwrap_or_else(|| Fraction::distance(corners, origin, direction).to_f64())
+}
+
+/// Barycentric weights of the second and third vertex where the ray meets the triangle, as near to the truth.
+pub fn weights(corners: &Corners, origin: &Vector, direction: &Vector) -> [f64; 2] {
+    Question::new(origin, direction, &[corners])
+        .weights(corners)
+        .unwrap_or_else(|| Fraction::weights(corners, origin, direction).map(|weight| weight.to_f64()))
 }
 
 /// Whether the three corners lie on a line.
@@ -99,7 +133,7 @@ pub fn is_degenerate(corners: &Corners) -> bool {
 
 /// A quotient of two dyadic numbers with a positive divisor.
 #[derive(Debug, Clone)]
-pub struct Fraction {
+pub(super) struct Fraction {
     numerator: Dyadic,
     denominator: Dyadic,
 }
@@ -132,11 +166,8 @@ impl Fraction {
         self.numerator.times(&other.denominator).minus(&other.numerator.times(&self.denominator)).sign()
     }
 
-    /// Against a double; infinities compare as they should.
+    /// Against a finite double.
     pub fn compare_with(&self, x: f64) -> Ordering {
-        if x.is_infinite() {
-            return if x > 0.0 { Ordering::Less } else { Ordering::Greater };
-        }
         self.numerator.minus(&self.denominator.times(&Dyadic::new(x))).sign()
     }
 
@@ -157,16 +188,6 @@ impl Fraction {
         let magnitude = scale((head | u64::from(lost)) as f64, exponent).min(f64::MAX);
         if self.numerator.sign() == Ordering::Less { -magnitude } else { magnitude }
     }
-}
-
-/// x · 2^exponent in steps that stay in range.
-fn scale(mut x: f64, mut exponent: i64) -> f64 {
-    while exponent != 0 && x != 0.0 && x.is_finite() {
-        let step = exponent.clamp(-1000, 1000);
-        x *= 2f64.powi(step as i32);
-        exponent -= step;
-    }
-    x
 }
 
 #[cfg(test)]
@@ -205,7 +226,6 @@ mod tests {
         }
         let beyond = Fraction::new(Dyadic::new(1e200), Dyadic::new(1e-200));
         assert_eq!(beyond.to_f64(), f64::MAX);
-        assert_eq!(beyond.compare_with(f64::INFINITY), Ordering::Less);
     }
 
     #[test]

@@ -4,9 +4,11 @@
 mod distance;
 mod double_double;
 mod exact;
+mod fixed;
 mod moller_trumbore;
 mod rounding;
 mod watertight;
+mod whole;
 
 pub use distance::{Distance, weights};
 pub use moller_trumbore::{Meeting, SingleHit, SingleRay};

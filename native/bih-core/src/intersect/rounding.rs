@@ -1,7 +1,7 @@
 //! Distance and weights of a hit with an error below one unit in the last place: what precision `exact` answers.
 
 use super::double_double::{Pair, PairVector, cross, difference, dot, quotient};
-use super::exact::{self, Fraction};
+use super::exact;
 use crate::geometry::{Corners, Vector};
 
 /// Where lengths and directions are below this, and products above `SMALLEST`, nothing overflows, and what underflows is
@@ -64,11 +64,11 @@ fn completed([t, u, v]: [f64; 3], origin: &Vector, direction: &Vector, corners: 
     if !(are_finite && exact::is_inside(corners, origin, direction)) {
         return None;
     }
-    let t = if t.is_nan() { Fraction::distance(corners, origin, direction).to_f64() } else { t };
+    let t = if t.is_nan() { exact::distance(corners, origin, direction) } else { t };
     if !(u.is_nan() || v.is_nan()) {
         return Some([t, u, v]);
     }
-    let [u, v] = Fraction::weights(corners, origin, direction).map(|weight| weight.to_f64());
+    let [u, v] = exact::weights(corners, origin, direction);
     Some([t, u, v])
 }
 
@@ -95,7 +95,7 @@ fn is_large(product: Pair, p: f64, q: f64, r: f64) -> bool {
 mod tests {
     use super::*;
     use crate::geometry::{add_scaled, subtract};
-    use crate::intersect::exact::is_inside;
+    use crate::intersect::exact::{Fraction, is_inside};
 
     /// Numbers from -1 to 1 (Marsaglia 2003, "Xorshift RNGs").
     fn random(state: &mut u64) -> f64 {

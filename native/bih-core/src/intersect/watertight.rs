@@ -4,6 +4,7 @@
 //! relative to the origin of the ray. They are computed in double precision; where rounding could have changed a sign
 //! that matters, whole numbers decide. docs/accuracy.md derives the bounds.
 
+use super::distance::{Approximation, triple_product};
 use super::{EPSILON, exact};
 use crate::geometry::{Bounds, Corners, Ray, Vector, cross, dot, subtract};
 
@@ -68,8 +69,22 @@ impl RayTest {
         self.is_inside_exactly(corners)
     }
 
+    /// By error bounds of the triangle's own distances, which are smaller than the scene's, and then exactly.
     #[cold]
     fn is_inside_exactly(&self, corners: &Corners) -> bool {
+        if self.is_in_range() {
+            let [a, b, c] = corners.map(|corner| subtract(&corner, &self.origin));
+            let d = &self.direction;
+            let edges = [triple_product(d, &b, &c), triple_product(d, &c, &a), triple_product(d, &a, &b)];
+            let [is_negative, is_positive] =
+                [-1.0, 1.0].map(|sign| edges.map(|Approximation { value, error }| sign * value > error));
+            if is_negative.contains(&true) && is_positive.contains(&true) {
+                return false;
+            }
+            if is_negative == [true; 3] || is_positive == [true; 3] {
+                return true;
+            }
+        }
         corners.iter().flatten().all(|x| x.is_finite()) && exact::is_inside(corners, &self.origin, &self.direction)
     }
 }

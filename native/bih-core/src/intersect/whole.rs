@@ -1,0 +1,246 @@
+//! What `exact` decides, in whole numbers of fixed lengths where the coordinates have room in them: no memory is asked
+//! for. Nearly all meshes have: 61 bits hold float32 numbers of which the largest is 2^37 times the smallest, 125 bits float64
+//! ones with a ratio of 2^72.
+
+use std::array::from_fn;
+use std::cmp::Ordering;
+
+use super::fixed::{Int, parts};
+use crate::geometry::{Corners, Vector};
+
+/// Numbers are multiples of 2^`exponent`, and below 2^`bits` times that.
+#[derive(Debug, Clone, Copy)]
+struct Span {
+    exponent: i32,
+    bits: i32,
+}
+
+impl Span {
+    /// Of finite numbers.
+    #[inline(always)]
+    fn of<'a>(numbers: impl Iterator<Item = &'a f64>) -> Self {
+        let (mut least, mut most) = (i32::MAX, i32::MIN);
+        for &x in numbers {
+            let (mantissa, exponent) = parts(x);
+            if mantissa != 0 {
+                least = least.min(exponent + mantissa.trailing_zeros() as i32);
+                most = most.max(exponent + 64 - mantissa.leading_zeros() as i32);
+            }
+        }
+        if least > most { Self { exponent: 0, bits: 0 } } else { Self { exponent: least, bits: most - least } }
+    }
+}
+
+/// What one ray is asked about some triangles, and how many digits of 64 bits that takes.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Question<'a> {
+    origin: &'a Vector,
+    direction: &'a Vector,
+    lengths: Span,
+    directions: Span,
+}
+
+/// Run a body with `Whole` of enough digits, if there are.
+macro_rules! answered {
+    ($question:expr, $whole:ident => $body:expr) => {{
+        // Three bits less, so that a triple product of differences has room in three times as many digits.
+        match $question.lengths.bits.max($question.directions.bits) {
+            ..=61 => {
+                type $whole = Whole<1, 2, 3, 8>;
+                Some($body)
+            }
+            62..=125 => {
+                type $whole = Whole<2, 4, 6, 16>;
+                Some($body)
+            }
+            _ => None,
+        }
+    }};
+}
+
+impl<'a> Question<'a> {
+    /// All numbers are finite.
+    #[inline(always)]
+    pub fn new(origin: &'a Vector, direction: &'a Vector, triangles: &[&Corners]) -> Self {
+        let corners = triangles.iter().flat_map(|corners| corners.as_flattened());
+        let lengths = Span::of(origin.iter().chain(corners));
+        Self { origin, direction, lengths, directions: Span::of(direction.iter()) }
+    }
+
+    /// The power of two that t is multiplied by once all numbers are whole.
+    fn exponent(&self) -> i32 {
+        self.directions.exponent - self.lengths.exponent
+    }
+
+    /// Signs of the edge values.
+    pub fn signs(&self, corners: &Corners) -> Option<[Ordering; 3]> {
+        answered!(self, W => W::new(self, corners).edges().map(|edge| edge.sign()))
+    }
+
+    /// The order of the distances of two triangles.
+    pub fn compare(&self, first: &Corners, second: &Corners) -> Option<Ordering> {
+        answered!(self, W => W::compare(W::new(self, first).distance(), W::new(self, second).distance()))
+    }
+
+    /// The order of the distance of a triangle and a finite number.
+    pub fn compare_with(&self, corners: &Corners, x: f64) -> Option<Ordering> {
+        answered!(self, W => W::compare_with(W::new(self, corners).distance(), x, self.exponent()))
+    }
+
+    /// t, rounded.
+    pub fn distance(&self, corners: &Corners) -> Option<f64> {
+        answered!(self, W => {
+            let [above, below] = W::new(self, corners).distance();
+            above.over(&below, -self.exponent())
+        })
+    }
+
+    /// u and v, rounded.
+    pub fn weights(&self, corners: &Corners) -> Option<[f64; 2]> {
+        answered!(self, W => {
+            let [e0, e1, e2] = W::new(self, corners).edges();
+            let sum = e0.plus(&e1).plus(&e2);
+            [e1, e2].map(|edge| edge.over(&sum, 0))
+        })
+    }
+}
+
+type Point<const A: usize> = [Int<A>; 3];
+
+/// A triangle and a ray in whole numbers: of `A` digits, products of two of them in `B` = 2 `A`, of three in `C` = 3 `A`;
+/// `D` = 8 `A` have room for what is compared.
+struct Whole<const A: usize, const B: usize, const C: usize, const D: usize> {
+    corners: [Point<A>; 3],
+    origin: Point<A>,
+    direction: Point<A>,
+}
+
+impl<const A: usize, const B: usize, const C: usize, const D: usize> Whole<A, B, C, D> {
+    #[inline(always)]
+    fn new(question: &Question, corners: &Corners) -> Self {
+        let lengths = |point: &Vector| point.map(|x| Int::scaled(x, question.lengths.exponent));
+        Self {
+            corners: corners.map(|corner| lengths(&corner)),
+            origin: lengths(question.origin),
+            direction: question.direction.map(|x| Int::scaled(x, question.directions.exponent)),
+        }
+    }
+
+    /// Signed volumes of the ray's direction and one edge each, opposite to the vertex of the same number.
+    #[inline(always)]
+    fn edges(&self) -> [Int<C>; 3] {
+        let [a, b, c] = self.corners.map(|corner| difference(&corner, &self.origin));
+        let volume = |p, q| dot(&cross::<A, B>(p, q), &self.direction);
+        [volume(&b, &c), volume(&c, &a), volume(&a, &b)]
+    }
+
+    /// Above and below the line of the fraction that t is, the lower one positive.
+    #[inline(always)]
+    fn distance(&self) -> [Int<C>; 2] {
+        let [a, b, c] = &self.corners;
+        let normal: Point<B> = cross(&difference(b, a), &difference(c, a));
+        let (above, below) = (dot(&normal, &difference(a, &self.origin)), dot(&normal, &self.direction));
+        if below.sign() == Ordering::Less { [above.negative(), below.negative()] } else { [above, below] }
+    }
+
+    fn compare([above, below]: [Int<C>; 2], [other_above, other_below]: [Int<C>; 2]) -> Ordering {
+        let (first, second): (Int<D>, Int<D>) = (above.times(&other_below), other_above.times(&below));
+        first.minus(&second).sign()
+    }
+
+    /// `above` / `below` against x · 2^`exponent`.
+    fn compare_with([above, below]: [Int<C>; 2], x: f64, exponent: i32) -> Ordering {
+        let (mantissa, own) = parts(x);
+        let product: Int<D> = below.times(&Int::<2>::of(mantissa));
+        let product = if x < 0.0 { product.negative() } else { product };
+        let above: Int<D> = above.widened();
+        // A shift by more than this makes one of them the larger one, whatever they are.
+        let most = 64 * C as i32 + 54;
+        let shift = (own + exponent).clamp(-most, most);
+        let (above, product) = if shift < 0 {
+            (above.shifted(shift.unsigned_abs()), product)
+        } else {
+            (above, product.shifted(shift.unsigned_abs()))
+        };
+        above.minus(&product).sign()
+    }
+}
+
+#[inline(always)]
+fn difference<const A: usize>(a: &Point<A>, b: &Point<A>) -> Point<A> {
+    from_fn(|i| a[i].minus(&b[i]))
+}
+
+#[inline(always)]
+fn cross<const A: usize, const B: usize>(a: &Point<A>, b: &Point<A>) -> Point<B> {
+    from_fn(|i| {
+        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+        a[j].times(&b[k]).minus(&a[k].times(&b[j]))
+    })
+}
+
+#[inline(always)]
+fn dot<const B: usize, const A: usize, const C: usize>(a: &Point<B>, b: &Point<A>) -> Int<C> {
+    a[0].times(&b[0]).plus(&a[1].times(&b[1])).plus(&a[2].times(&b[2]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::intersect::exact::{Fraction, edges};
+
+    /// Small whole numbers, which meet edges and planes exactly, times powers of two that are `spread` apart at most, and
+    /// now and then a number with many digits.
+    fn numbers(spread: u32) -> impl FnMut() -> f64 {
+        let mut state = u64::from(spread) + 1;
+        move || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            let small = ((state >> 33) % 7) as f64 - 3.0;
+            let exponent = (state >> 40) as u32 % (spread + 1);
+            let long = if state >> 61 == 0 { (state >> 11) as f64 / (1u64 << 53) as f64 } else { 0.0 };
+            (small + long) * 2f64.powi(exponent as i32)
+        }
+    }
+
+    #[test]
+    fn the_decisions_are_those_of_big_integers() {
+        let mut answered = [0; 3];
+        for spread in [0, 3, 30, 60, 150] {
+            let mut number = numbers(spread);
+            let mut point = || -> Vector { from_fn(|_| number()) };
+            for _ in 0..500 {
+                let [first, second]: [Corners; 2] = from_fn(|_| from_fn(|_| point()));
+                let (origin, direction) = (point(), point());
+                let question = Question::new(&origin, &direction, &[&first, &second]);
+                let bits = question.lengths.bits.max(question.directions.bits);
+                answered[usize::from(bits > 61) + usize::from(bits > 125)] += 1;
+                let Some(signs) = question.signs(&first) else {
+                    assert!(bits > 125);
+                    continue;
+                };
+                assert_eq!(signs, edges(&first, &origin, &direction).map(|edge| edge.sign()));
+                let is_parallel = |corners: &Corners| {
+                    let [a, b, c] = edges(corners, &origin, &direction);
+                    a.plus(&b).plus(&c).sign() == Ordering::Equal
+                };
+                if is_parallel(&first) || is_parallel(&second) {
+                    continue;
+                }
+                let [t, other] = [&first, &second].map(|corners| Fraction::distance(corners, &origin, &direction));
+                assert_eq!(question.compare(&first, &second), Some(t.compare(&other)));
+                assert_eq!(question.compare(&first, &first), Some(Ordering::Equal));
+                let nearest = t.to_f64();
+                for x in [nearest, nearest.next_up(), nearest.next_down(), 0.0, 1.0, -1e-300, 1e300, 5e-324] {
+                    assert_eq!(question.compare_with(&first, x), Some(t.compare_with(x)), "{x}");
+                }
+                let value = question.distance(&first).expect("room for numbers that signs have");
+                assert!(t.error(value) < 0.5001, "{value} {nearest}");
+                let weights = Fraction::weights(&first, &origin, &direction);
+                for (truth, value) in weights.iter().zip(question.weights(&first).expect("room")) {
+                    assert!(truth.error(value) < 0.5001, "{value}");
+                }
+            }
+        }
+        assert!(answered.iter().all(|&count| count > 200), "{answered:?}");
+    }
+}
