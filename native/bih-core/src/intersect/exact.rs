@@ -84,13 +84,13 @@ pub(super) fn edges(corners: &Corners, origin: &Vector, direction: &Vector) -> [
     [dot(&direction, &cross(&b, &c)), dot(&direction, &cross(&c, &a)), dot(&direction, &cross(&a, &b))]
 }
 
-/// Whether the line of the ray meets the closed triangle: all edge values of one sign or zero, and not all zero.
-pub fn is_inside(corners: &Corners, origin: &Vector, direction: &Vector) -> bool {
-    let signs = Question::new(origin, direction, &[corners])
-        .signs(corners)
-        .unwrap_or_else(|| edges(corners, origin, direction).map(|edge| edge.sign()));
-    let none = |sign| signs.iter().all(|&s| s != sign);
-    (none(Ordering::Less) || none(Ordering::Greater)) && signs.iter().any(|&s| s != Ordering::Equal)
+/// Whether the line of the ray meets the closed triangle: all edge values of one sign or zero, and not all zero. Some of
+/// the signs may be known.
+pub fn is_inside(corners: &Corners, origin: &Vector, direction: &Vector, known: [Option<Ordering>; 3]) -> bool {
+    Question::new(origin, direction, &[corners]).is_inside(corners, known).unwrap_or_else(|| {
+        let signs = edges(corners, origin, direction).map(|edge| edge.sign());
+        signs.contains(&Ordering::Less) != signs.contains(&Ordering::Greater)
+    })
 }
 
 /// The order of the distances of two triangles that the ray is not parallel to.

@@ -61,7 +61,7 @@ pub fn rounded(
 #[inline(never)]
 fn completed([t, u, v]: [f64; 3], origin: &Vector, direction: &Vector, corners: &Corners) -> Option<[f64; 3]> {
     let are_finite = corners.as_flattened().iter().all(|x| x.is_finite());
-    if !(are_finite && exact::is_inside(corners, origin, direction)) {
+    if !(are_finite && exact::is_inside(corners, origin, direction, [None; 3])) {
         return None;
     }
     let t = if t.is_nan() { exact::distance(corners, origin, direction) } else { t };
@@ -129,7 +129,7 @@ mod tests {
     fn what_is_quickly_said_is_within_an_ulp_and_most_is() {
         let (mut said, mut all) = (0, 0);
         for (origin, direction, corners) in cases() {
-            if !is_inside(&corners, &origin, &direction) {
+            if !is_inside(&corners, &origin, &direction, [None; 3]) {
                 continue;
             }
             let t = Fraction::distance(&corners, &origin, &direction);

@@ -4,6 +4,8 @@
 //! relative to the origin of the ray. They are computed in double precision; where rounding could have changed a sign
 //! that matters, whole numbers decide. docs/accuracy.md derives the bounds.
 
+use std::cmp::Ordering;
+
 use super::distance::{Approximation, triple_product};
 use super::{EPSILON, exact};
 use crate::geometry::{Bounds, Corners, Ray, Vector, cross, dot, subtract};
@@ -72,20 +74,27 @@ impl RayTest {
     /// By error bounds of the triangle's own distances, which are smaller than the scene's, and then exactly.
     #[cold]
     fn is_inside_exactly(&self, corners: &Corners) -> bool {
+        let mut known = [None; 3];
         if self.is_in_range() {
             let [a, b, c] = corners.map(|corner| subtract(&corner, &self.origin));
             let d = &self.direction;
             let edges = [triple_product(d, &b, &c), triple_product(d, &c, &a), triple_product(d, &a, &b)];
+            known = edges.map(
+                |Approximation { value, error }| {
+                    if value.abs() > error { value.partial_cmp(&0.0) } else { None }
+                },
+            );
             let [is_negative, is_positive] =
-                [-1.0, 1.0].map(|sign| edges.map(|Approximation { value, error }| sign * value > error));
-            if is_negative.contains(&true) && is_positive.contains(&true) {
+                [Ordering::Less, Ordering::Greater].map(|sign| known.contains(&Some(sign)));
+            if is_negative && is_positive {
                 return false;
             }
-            if is_negative == [true; 3] || is_positive == [true; 3] {
+            if !known.contains(&None) {
                 return true;
             }
         }
-        corners.iter().flatten().all(|x| x.is_finite()) && exact::is_inside(corners, &self.origin, &self.direction)
+        corners.iter().flatten().all(|x| x.is_finite())
+            && exact::is_inside(corners, &self.origin, &self.direction, known)
     }
 }
 
@@ -160,7 +169,7 @@ mod tests {
             let weight = random(state);
             let target: Vector = std::array::from_fn(|i| corners[0][i] + weight * (corners[1][i] - corners[0][i]));
             let ray = Ray::new(origin, subtract(&target, &origin));
-            let truth = exact::is_inside(&corners, &ray.origin, &ray.direction);
+            let truth = exact::is_inside(&corners, &ray.origin, &ray.direction, [None; 3]);
             assert_eq!(RayTest::new(&ray, &FAR).is_inside(&corners), truth, "{corners:?} {ray:?}");
             inside += usize::from(truth);
         }

@@ -72,9 +72,9 @@ impl<'a> Question<'a> {
         self.directions.exponent - self.lengths.exponent
     }
 
-    /// Signs of the edge values.
-    pub fn signs(&self, corners: &Corners) -> Option<[Ordering; 3]> {
-        answered!(self, W => W::new(self, corners).edges().map(|edge| edge.sign()))
+    /// Whether no two edge values have opposite signs and not all are zero, given the signs that are known.
+    pub fn is_inside(&self, corners: &Corners, known: [Option<Ordering>; 3]) -> Option<bool> {
+        answered!(self, W => W::new(self, corners).is_inside(known))
     }
 
     /// The order of the distances of two triangles.
@@ -126,12 +126,37 @@ impl<const A: usize, const B: usize, const C: usize, const D: usize> Whole<A, B,
         }
     }
 
-    /// Signed volumes of the ray's direction and one edge each, opposite to the vertex of the same number.
+    /// The signed volume of the ray's direction and the edge opposite to one of these corners less the origin.
     #[inline(always)]
+    fn edge(&self, corners: &[Point<A>; 3], vertex: usize) -> Int<C> {
+        dot(&cross::<A, B>(&corners[(vertex + 1) % 3], &corners[(vertex + 2) % 3]), &self.direction)
+    }
+
+    #[inline(always)]
+    fn relative(&self) -> [Point<A>; 3] {
+        self.corners.map(|corner| difference(&corner, &self.origin))
+    }
+
+    /// Those of all edges.
     fn edges(&self) -> [Int<C>; 3] {
-        let [a, b, c] = self.corners.map(|corner| difference(&corner, &self.origin));
-        let volume = |p, q| dot(&cross::<A, B>(p, q), &self.direction);
-        [volume(&b, &c), volume(&c, &a), volume(&a, &b)]
+        let corners = self.relative();
+        from_fn(|vertex| self.edge(&corners, vertex))
+    }
+
+    fn is_inside(&self, known: [Option<Ordering>; 3]) -> bool {
+        let corners = self.relative();
+        let mut is_there = [Ordering::Less, Ordering::Greater].map(|sign| known.contains(&Some(sign)));
+        for vertex in (0..3).filter(|&vertex| known[vertex].is_none()) {
+            match self.edge(&corners, vertex).sign() {
+                Ordering::Less => is_there[0] = true,
+                Ordering::Equal => {}
+                Ordering::Greater => is_there[1] = true,
+            }
+            if is_there == [true; 2] {
+                return false;
+            }
+        }
+        is_there[0] != is_there[1]
     }
 
     /// Above and below the line of the fraction that t is, the lower one positive.
@@ -207,18 +232,22 @@ mod tests {
         let mut answered = [0; 3];
         for spread in [0, 3, 30, 60, 150] {
             let mut number = numbers(spread);
-            let mut point = || -> Vector { from_fn(|_| number()) };
             for _ in 0..500 {
+                let mut point = || -> Vector { from_fn(|_| number()) };
                 let [first, second]: [Corners; 2] = from_fn(|_| from_fn(|_| point()));
                 let (origin, direction) = (point(), point());
                 let question = Question::new(&origin, &direction, &[&first, &second]);
                 let bits = question.lengths.bits.max(question.directions.bits);
                 answered[usize::from(bits > 61) + usize::from(bits > 125)] += 1;
-                let Some(signs) = question.signs(&first) else {
+                let signs = edges(&first, &origin, &direction).map(|edge| edge.sign());
+                let is_there = |sign| signs.contains(&sign);
+                let (negative, positive) = (is_there(Ordering::Less), is_there(Ordering::Greater));
+                let known = signs.map(|sign| (number() > 1.0).then_some(sign));
+                let Some(is_inside) = question.is_inside(&first, known) else {
                     assert!(bits > 125);
                     continue;
                 };
-                assert_eq!(signs, edges(&first, &origin, &direction).map(|edge| edge.sign()));
+                assert_eq!(is_inside, negative != positive, "{signs:?} {known:?}");
                 let is_parallel = |corners: &Corners| {
                     let [a, b, c] = edges(corners, &origin, &direction);
                     a.plus(&b).plus(&c).sign() == Ordering::Equal
