@@ -1,5 +1,7 @@
 //! What can go wrong in the core.
 
+use std::io;
+
 use crate::control::Cancelled;
 
 /// An error of construction or validation; its text names the argument, the row and the value.
@@ -48,6 +50,26 @@ pub enum Error {
         node: usize,
         /// What is wrong with it.
         problem: String,
+    },
+    /// A file that is no saved tree, or a damaged one.
+    #[error("{path}: {problem}")]
+    Format {
+        /// The file.
+        path: String,
+        /// What is wrong with it.
+        problem: String,
+    },
+    /// A file that cannot be read or written.
+    #[error("{path}: {reason}")]
+    File {
+        /// The file.
+        path: String,
+        /// What kind of trouble it is.
+        kind: io::ErrorKind,
+        /// The system's number of it.
+        code: Option<i32>,
+        /// What the system says.
+        reason: String,
     },
     /// The caller asked to stop.
     #[error(transparent)]

@@ -1,7 +1,7 @@
 //! Ray queries on triangle meshes by a Bounding Interval Hierarchy.
 //!
 //! Wächter and Keller, "Instant Ray Tracing: The Bounding Interval Hierarchy", EGSR 2006.
-//! The crate knows neither Python nor files: views of triangles in, hits and pictures out.
+//! The crate knows neither Python nor any file but saved trees: views of triangles in, hits and pictures out.
 
 #![deny(unsafe_code)]
 #![deny(missing_docs)]
@@ -14,6 +14,7 @@ pub mod intersect;
 pub mod kd_tree;
 mod pages;
 pub mod render;
+pub mod saved;
 pub mod simd;
 
 pub mod traverse;

@@ -211,6 +211,6 @@ fn a_mesh_of_one_piece_is_finished_at_once() {
     let fixture = Fixture::new(20, 100);
     let lazy = fixture.tree(BuildOptions { build: Build::OnDemand, ..Default::default() });
     let stats = lazy.stats();
-    assert_eq!((stats.unbuilt, stats.left_out.last().unwrap().0), (0, "unbuilt nodes"));
+    assert_eq!((stats.unbuilt, stats.left_out.last().unwrap().0.as_str()), (0, "unbuilt nodes"));
     assert_eq!(fixture.hits(&lazy), fixture.hits(&fixture.tree(BuildOptions::default())));
 }

@@ -1,7 +1,8 @@
-//! The arrays of a mesh, owned or borrowed, held as long as the tree lives.
+//! The arrays of a mesh, owned, borrowed or in a file, held as long as the tree lives.
 
 use std::fmt::Display;
 
+use bih_core::saved::SavedMesh;
 use bih_core::{Error, Triangles, Vertices};
 use numpy::{PyArray2, PyArrayDescrMethods, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::prelude::*;
@@ -22,6 +23,15 @@ pub struct Mesh {
 enum VertexArray {
     F32(Py<PyArray2<f32>>),
     F64(Py<PyArray2<f64>>),
+    /// With the triangles.
+    Saved(SavedMesh),
+}
+
+impl From<SavedMesh> for Mesh {
+    fn from(mesh: SavedMesh) -> Self {
+        let owned_bytes = mesh.bytes();
+        Self { vertices: VertexArray::Saved(mesh), triangles: None, owned_bytes, borrowed: Vec::new() }
+    }
 }
 
 impl Mesh {
@@ -73,6 +83,7 @@ impl Mesh {
                 let array = array.bind(py).try_readonly()?;
                 read(Vertices::F64(bytemuck::cast_slice(array.as_slice()?)), rows)
             }
+            VertexArray::Saved(mesh) => read(mesh.vertices(), mesh.rows()),
         })
     }
 

@@ -25,7 +25,7 @@ pub struct Stats {
     peak_build_bytes: usize,
     build_seconds: f64,
     presorted: bool,
-    left_out: BTreeMap<&'static str, String>,
+    left_out: BTreeMap<String, String>,
     rejected: usize,
 }
 

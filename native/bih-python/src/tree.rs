@@ -1,14 +1,17 @@
 //! Trees and their queries.
 
+use std::path::PathBuf;
+
 use bih_core::build::{Heuristic, Precision, Structure};
 use bih_core::geometry::Triangles;
+use bih_core::saved::{self, Access, Saved};
 use bih_core::simd::FloatEnvironment;
 use bih_core::traverse::{Float, Limits, RayBatch};
 use bih_core::{BuildOptions, Control, Error, Tree as CoreTree, tree};
 use numpy::{Element, PyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::{IntoPyDict, PyByteArray};
+use pyo3::types::{IntoPyDict, PyByteArray, PyType};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::arrays::{Limit, LimitArray, limits, vectors};
@@ -195,8 +198,26 @@ impl Tree {
         })?
     }
 
+    /// Write the tree and its mesh to a file.
+    fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        self.mesh.with_triangles(py, |triangles| {
+            supervise(py, self.pool.as_ref(), None, |control| saved::save(&self.core, &triangles, &path, control))
+        })?
+    }
+
+    /// A tree that `save` wrote.
+    #[classmethod]
+    #[pyo3(signature = (path, *, mmap=true))]
+    fn load(_class: &Bound<'_, PyType>, py: Python<'_>, path: PathBuf, mmap: bool) -> PyResult<Self> {
+        let access = if mmap { Access::Map } else { Access::Read };
+        let Saved { tree, mesh } = run(py, None, |_| saved::load(&path, access))?;
+        Ok(Self { core: tree, mesh: mesh.into(), pool: None })
+    }
+
     fn __reduce__(&self) -> PyResult<()> {
-        Err(pyo3::exceptions::PyTypeError::new_err("a bihtree.Tree cannot be pickled; build it where it is needed"))
+        Err(pyo3::exceptions::PyTypeError::new_err(
+            "a bihtree.Tree cannot be pickled; save it and load it where it is needed",
+        ))
     }
 
     fn __repr__(&self) -> String {

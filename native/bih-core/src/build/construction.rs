@@ -17,7 +17,6 @@ use super::sah::Sah;
 use super::structure::Structure;
 use crate::control::{Cancelled, Control};
 use crate::pages;
-use crate::tree::WIDTH;
 
 /// What it is made of, and what is found out on the way.
 pub struct Construction<'a> {
@@ -37,11 +36,7 @@ pub struct Construction<'a> {
 impl Construction<'_> {
     /// How many numbers the rows of the leaves take.
     pub fn numbers(&self) -> usize {
-        if self.options.has_rows(self.accepted.triangles) && self.accepted.len() > 0 {
-            9 * self.accepted.len() + WIDTH
-        } else {
-            0
-        }
+        self.options.numbers(self.accepted.triangles, self.accepted.len())
     }
 
     /// Places between two pieces.

@@ -43,6 +43,6 @@ fn stats(kd_tree: &KdTree) -> Stats {
         build_seconds: stats.build_seconds,
         presorted: false,
         rejected: stats.rejected,
-        left_out: vec![("presort", reason)],
+        left_out: vec![("presort".to_owned(), reason)],
     }
 }

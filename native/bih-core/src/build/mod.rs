@@ -28,7 +28,7 @@ use std::time::Instant;
 use self::accepted::Accepted;
 use self::classic::ClassicNodes;
 use self::construction::Construction;
-use self::extent::Extent;
+pub(crate) use self::extent::Extent;
 use self::leaves::Places;
 pub(crate) use self::on_demand::OnDemand;
 pub use self::options::{Build, BuildOptions, DEFAULT_LEAF_SIZE, DEFAULT_WIDE_LEAF_SIZE, Heuristic, Layout, Precision};
@@ -90,7 +90,7 @@ pub(crate) fn build_in_frame(triangles: &Triangles, options: &BuildOptions, cont
     stats.bound_bytes = options.bound_bytes(triangles);
     stats.peak_build_bytes += construction.peak_bytes;
     stats.presorted = construction.presorted;
-    stats.left_out = construction.left_out;
+    stats.left_out = construction.left_out.into_iter().map(|(part, reason)| (part.to_owned(), reason)).collect();
     stats.build_seconds = start.elapsed().as_secs_f64();
     Ok(Tree {
         nodes,

@@ -149,6 +149,11 @@ impl BuildOptions {
         self.layout == Layout::Wide && (!triangles.is_double() || self.precision == Precision::Fast)
     }
 
+    /// How many numbers the rows of the leaves take, over so many references.
+    pub(crate) fn numbers(&self, triangles: &Triangles, references: usize) -> usize {
+        if self.has_rows(triangles) && references > 0 { 9 * references + WIDTH } else { 0 }
+    }
+
     /// Bytes that a tree over `triangles` never exceeds: one leaf a triangle, and one reference each.
     ///
     /// Known before the build, because an object is referred to once (Wächter and Keller 2006, section 3).

@@ -11,7 +11,7 @@ use crate::error::Error;
 use crate::geometry::{Bounds, Triangles};
 use crate::intersect::has_no_area;
 use crate::simd::FloatEnvironment;
-use crate::tree::Kind;
+use crate::tree::{Kind, Shared};
 
 /// Leaves and references a triangle at most, one reference counted for an empty leaf: without a bound, N triangles
 /// through one point could make N² references. Measured in docs/decisions/kd-tree.md.
@@ -115,7 +115,7 @@ pub fn build(triangles: &Triangles, costs: &Costs, control: &Control) -> Result<
         peak_build_bytes: memory.peak.into_inner() + tree_bytes,
         build_seconds: start.elapsed().as_secs_f64(),
     };
-    Ok(KdTree { nodes, order, bounds, stats })
+    Ok(KdTree::new(Shared::whole(nodes), Shared::whole(order), bounds, stats))
 }
 
 /// References of the triangles that a ray can hit, and the rows of those that none can: a coordinate that is not

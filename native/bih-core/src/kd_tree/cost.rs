@@ -48,7 +48,7 @@ impl KdTree {
             waiting.push((0, self.bounds));
         }
         while let Some((node, cell)) = waiting.pop() {
-            let kind = self.nodes[node].kind();
+            let kind = self.nodes.get(node).kind();
             visit(&cell, kind);
             if let Kind::Inner { axis, left, clip } = kind {
                 let [mut below, mut above] = [cell; 2];

@@ -22,17 +22,17 @@ pub use split::Costs;
 pub use walk::{Stack, walk, walk_packet};
 
 use crate::geometry::Bounds;
-use crate::tree::{BinaryTree, Kind};
+use crate::tree::{BinaryTree, Kind, Shared};
 
 /// The deepest node there can be: no split is made below. Measured in docs/decisions/kd-tree.md.
 pub const MAX_DEPTH: u32 = 64;
 
 /// A kd-tree over triangles that it does not hold: every query is given the same view of them.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, PartialEq)]
 pub struct KdTree {
-    nodes: Vec<KdNode>,
+    nodes: Shared<KdNode>,
     /// Triangle rows, leaf after leaf, in order within a leaf; then those that no ray can hit.
-    order: Vec<u32>,
+    order: Shared<u32>,
     bounds: Bounds,
     stats: KdStats,
 }
@@ -83,24 +83,29 @@ impl KdStats {
 }
 
 impl KdTree {
+    /// Of parts that belong together.
+    pub(crate) fn new(nodes: Shared<KdNode>, order: Shared<u32>, bounds: Bounds, stats: KdStats) -> Self {
+        Self { nodes, order, bounds, stats }
+    }
+
     /// The nodes; the root is the first, children stand side by side. Empty where no triangle can be hit.
     pub fn nodes(&self) -> &[KdNode] {
-        &self.nodes
+        self.nodes.slice(0..self.nodes.len())
     }
 
     /// Triangle rows in leaf order, those in several leaves several times; then those that no ray can hit.
     pub fn order(&self) -> &[u32] {
-        &self.order
+        self.order.slice(0..self.order.len())
     }
 
     /// Triangle rows that leaves refer to, in leaf order.
     pub fn references(&self) -> &[u32] {
-        &self.order[..self.stats.references]
+        self.order.slice(0..self.stats.references)
     }
 
     /// Rows of the triangles that no ray can hit.
     pub fn rejected(&self) -> &[u32] {
-        &self.order[self.stats.references..]
+        self.order.slice(self.stats.references..self.order.len())
     }
 
     /// Bounds of all triangles that can be hit; empty where there is none.
@@ -126,7 +131,7 @@ impl BinaryTree for KdTree {
     }
     #[inline(always)]
     fn kind(&self, node: usize) -> Kind {
-        self.nodes[node].kind()
+        self.nodes.get(node).kind()
     }
     #[inline(always)]
     fn references(&self) -> &[u32] {

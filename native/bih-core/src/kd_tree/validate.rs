@@ -13,11 +13,20 @@ impl KdTree {
     pub fn validate(&self, triangles: &Triangles) -> Result<(), Error> {
         let broken = |node: usize, problem: String| Err(Error::Broken { node, problem });
         let mut seen = vec![false; triangles.len()];
-        for &row in &self.order {
+        for &row in self.order() {
             match seen.get_mut(row as usize) {
                 None => return broken(0, format!("reference to triangle {row} of {}", triangles.len())),
                 Some(seen) => *seen = true,
             }
+        }
+        for &row in self.rejected() {
+            seen[row as usize] = false;
+        }
+        if let Some(row) = self.references().iter().find(|&&row| !seen[row as usize]) {
+            return broken(0, format!("triangle {row} is referred to and rejected"));
+        }
+        for &row in self.rejected() {
+            seen[row as usize] = true;
         }
         if let Some(row) = seen.iter().position(|seen| !seen) {
             return broken(0, format!("triangle {row} is not referred to"));
@@ -26,17 +35,20 @@ impl KdTree {
             return broken(0, format!("{} bytes exceed {}", self.stats.tree_bytes, self.stats.bound_bytes));
         }
         let references = self.references();
-        let (mut reached, mut covered) = (0, 0);
+        let (mut reached, mut covered, mut leaves, mut deepest) = (0, 0, 0, 0);
         let mut waiting = Vec::new();
         if !self.nodes.is_empty() {
             waiting.push((0, 0, self.bounds));
         }
         while let Some((node, depth, cell)) = waiting.pop() {
             reached += 1;
+            if reached > self.nodes.len() {
+                return broken(node, format!("{} nodes", self.nodes.len()));
+            }
             if depth > MAX_DEPTH {
                 return broken(node, format!("deeper than {MAX_DEPTH}"));
             }
-            match self.nodes[node].kind() {
+            match self.nodes.get(node).kind() {
                 Kind::Inner { axis, left, clip: [plane, _] } => {
                     // Children stand behind their parent, so that a walk downwards ends.
                     if left <= node || left + 1 >= self.nodes.len() {
@@ -55,6 +67,8 @@ impl KdTree {
                         return broken(node, format!("references {first} to {} after {covered}", first + count));
                     }
                     covered += count;
+                    leaves += 1;
+                    deepest = deepest.max(depth);
                     let rows = &references[first..covered];
                     if !rows.is_sorted_by(|a, b| a < b) {
                         return broken(node, "rows out of order".to_owned());
@@ -73,6 +87,9 @@ impl KdTree {
         }
         if reached != self.nodes.len() || covered != references.len() {
             return broken(0, format!("{reached} of {} nodes, {covered} references", self.nodes.len()));
+        }
+        if (leaves, deepest as usize) != (self.stats.leaves, self.stats.depth) {
+            return broken(0, format!("{} leaves and depth {}", self.stats.leaves, self.stats.depth));
         }
         Ok(())
     }

@@ -5,10 +5,12 @@
 use std::marker::PhantomData;
 use std::ops::Range;
 use std::ptr::NonNull;
+use std::sync::Arc;
 
 use bytemuck::Pod;
 
 use super::hand_over::Claim;
+use crate::saved::Bytes;
 
 /// An array whose parts are handed over: at any moment a part is either written by the one who holds the claim on the
 /// piece that it belongs to, or read by whoever knows that the piece is built, or of no piece and never written.
@@ -29,6 +31,8 @@ enum Storage {
     Items { are_last: bool },
     /// The lines among which they are.
     Growing(NonNull<[Line]>),
+    /// Nothing: they are part of a file, which is held as long. Nobody writes them, as no piece has any of them.
+    Saved { _file: Arc<Bytes> },
 }
 
 /// As far as an allocator aligns by itself: then it has zeroed memory at hand, and need not write it.
@@ -50,6 +54,7 @@ impl<T> Drop for Shared<T> {
             }
             // SAFETY: the same of `growing`; items are plain numbers, which are not dropped.
             Storage::Growing(lines) => drop(unsafe { Box::from_raw(lines.as_ptr()) }),
+            Storage::Saved { .. } => {}
         }
     }
 }
@@ -68,6 +73,13 @@ impl<T: Pod> Shared<T> {
     fn of(values: Vec<T>, are_last: bool) -> Self {
         let values = NonNull::from(Box::leak(values.into_boxed_slice()));
         Self { start: values.cast(), len: values.len(), storage: Storage::Items { are_last }, items: PhantomData }
+    }
+
+    /// Items that stand in a file; none where the range is not of whole items that are there.
+    pub(crate) fn saved(file: &Arc<Bytes>, range: Range<usize>) -> Option<Self> {
+        let items: &[T] = bytemuck::try_cast_slice(file.get(range)?).ok()?;
+        let storage = Storage::Saved { _file: file.clone() };
+        Some(Self { start: NonNull::from(items).cast(), len: items.len(), storage, items: PhantomData })
     }
 
     /// An array of these items and of zeroed ones that are still to be written. They take no memory until they are.
@@ -137,7 +149,8 @@ impl<T: Pod> Shared<T> {
 
     /// All items; none where some are still to be written.
     pub fn all(&self) -> Option<&[T]> {
-        matches!(self.storage, Storage::Items { are_last: true }).then(|| self.slice(0..self.len))
+        matches!(self.storage, Storage::Items { are_last: true } | Storage::Saved { .. })
+            .then(|| self.slice(0..self.len))
     }
 }
 

@@ -28,5 +28,5 @@ pub struct Stats {
     /// Triangles that no ray can hit: non-finite coordinates or zero area.
     pub rejected: usize,
     /// Parts of the construction that this mesh did not need, and why.
-    pub left_out: Vec<(&'static str, String)>,
+    pub left_out: Vec<(String, String)>,
 }

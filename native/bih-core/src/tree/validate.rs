@@ -1,21 +1,26 @@
-//! Every rule that a tree keeps, checked one by one.
+//! Every rule that a tree keeps, checked one by one, in time in proportion to its size.
 
-use super::{Child, Kind, MAX_DEPTH, Record, Target, Tree, WIDTH, Wide};
+use rayon::prelude::*;
+
+use super::{Child, Kind, MAX_DEPTH, Record, Records, Target, Tree, WIDTH, Wide};
+use crate::build::Extent;
+use crate::control::Control;
 use crate::error::Error;
 use crate::geometry::{Bounds, Corners, Triangles};
 use crate::simd::Scalar;
 
 /// Check the whole tree against the triangles it was built over; the error names the first broken node.
 ///
-/// Every node is reached once, every reference belongs to one leaf, the order is a permutation of the rows, and each
-/// leaf's triangles lie within the clip planes on the way to it.
+/// Every node is reached once, every reference belongs to one leaf, the order is a permutation of the rows, those that no
+/// ray can hit the last, and each leaf's triangles lie within the clip planes on the way to it. A tree that passes can be
+/// asked anything, wherever it comes from: no walk leaves its arrays, goes round in circles or deeper than is said.
 pub fn validate(tree: &Tree, triangles: &Triangles) -> Result<(), Error> {
+    let order = tree.order();
+    check_rejected(tree, triangles, &order)?;
     if let Some(kd_tree) = &tree.kd_tree {
         return kd_tree.validate(triangles);
     }
-    let broken = |node: usize, problem: String| Err(Error::Broken { node, problem });
     let mut seen = vec![false; triangles.len()];
-    let order = tree.order();
     if order.len() != triangles.len() {
         return broken(0, format!("{} references for {} triangles", order.len(), triangles.len()));
     }
@@ -33,8 +38,30 @@ pub fn validate(tree: &Tree, triangles: &Triangles) -> Result<(), Error> {
     } else {
         validate_nodes(tree, triangles)?
     };
-    if tree.used() == before && reached != before {
-        return broken(0, format!("{reached} of {before} nodes can be reached"));
+    if tree.used() == before && reached.nodes != before {
+        return broken(0, format!("{} of {before} nodes can be reached", reached.nodes));
+    }
+    let stats = &tree.stats;
+    if tree.on_demand.is_none() && (reached.leaves, reached.depth) != (stats.leaves, stats.depth) {
+        let Reached { leaves, depth, .. } = reached;
+        return broken(0, format!("{} leaves and depth {}, but {leaves} and {depth}", stats.leaves, stats.depth));
+    }
+    Ok(())
+}
+
+fn broken<T>(node: usize, problem: String) -> Result<T, Error> {
+    Err(Error::Broken { node, problem })
+}
+
+/// The rows that no ray can hit, and the bounds of the others, as the mesh has them.
+fn check_rejected(tree: &Tree, triangles: &Triangles, order: &[u32]) -> Result<(), Error> {
+    let extent = Extent::of(triangles, &Control::default())?;
+    let start = order.len().checked_sub(tree.stats.rejected);
+    if start.is_none_or(|start| order[start..] != extent.rejected) {
+        return broken(0, "the rejected rows are not those that no ray can hit".to_owned());
+    }
+    if tree.bounds != extent.bounds() {
+        return broken(0, format!("bounds {:?} of triangles within {:?}", tree.bounds, extent.bounds()));
     }
     Ok(())
 }
@@ -55,29 +82,105 @@ fn look(tree: &Tree, piece: usize, node: usize) -> Result<Place, Error> {
     }))
 }
 
-/// Answers how many nodes were reached.
-fn validate_nodes(tree: &Tree, triangles: &Triangles) -> Result<usize, Error> {
-    let broken = |node: usize, problem: String| Err(Error::Broken { node, problem });
-    let references = tree.order.len() - tree.stats.rejected;
-    if tree.nodes.is_empty() {
-        return if references == 0 { Ok(0) } else { broken(0, format!("{references} references and no node")) };
+/// What was found on the way through a tree.
+#[derive(Default)]
+struct Reached {
+    nodes: usize,
+    leaves: usize,
+    /// Of the deepest leaf.
+    depth: usize,
+}
+
+impl Reached {
+    fn leaf(&mut self, depth: usize) {
+        self.leaves += 1;
+        self.depth = self.depth.max(depth);
     }
-    let mut reached = 0;
+}
+
+/// A range of references, and where their triangles lie.
+struct Leaf {
+    node: usize,
+    first: usize,
+    count: usize,
+    bounds: Bounds,
+}
+
+/// Leaves whose triangles are still to be looked at, which all threads do together.
+struct Leaves<'a> {
+    tree: &'a Tree,
+    triangles: &'a Triangles<'a>,
+    waiting: Vec<Leaf>,
+}
+
+impl<'a> Leaves<'a> {
+    fn new(tree: &'a Tree, triangles: &'a Triangles<'a>) -> Self {
+        Self { tree, triangles, waiting: Vec::new() }
+    }
+
+    fn add(&mut self, leaf: Leaf) -> Result<(), Error> {
+        const TOGETHER: usize = 1 << 14;
+        self.waiting.push(leaf);
+        if self.waiting.len() < TOGETHER { Ok(()) } else { self.check() }
+    }
+
+    fn check(&mut self) -> Result<(), Error> {
+        let problem = |leaf: &Leaf| self.problem(leaf).map(|problem| Error::Broken { node: leaf.node, problem });
+        match self.waiting.par_iter().with_min_len(256).find_map_first(problem) {
+            Some(error) => Err(error),
+            None => {
+                self.waiting.clear();
+                Ok(())
+            }
+        }
+    }
+
+    fn problem(&self, leaf: &Leaf) -> Option<String> {
+        let &Leaf { first, count, ref bounds, .. } = leaf;
+        self.tree.order.slice(first..first + count).iter().enumerate().find_map(|(place, &row)| {
+            let corners = self.triangles.corners(row);
+            let holds = self.tree.wide.as_ref().is_none_or(|wide| holds_vertices(wide, leaf, place, &corners));
+            if !holds {
+                return Some(format!("vertices of triangle {row} differ"));
+            }
+            reaches_out(bounds, row, &corners)
+        })
+    }
+}
+
+fn reaches_out(bounds: &Bounds, row: u32, corners: &Corners) -> Option<String> {
+    (!bounds.contains(&Bounds::of_triangle(corners))).then(|| format!("triangle {row} reaches out of its bounds"))
+}
+
+fn holds_vertices(wide: &Wide, leaf: &Leaf, place: usize, corners: &Corners) -> bool {
+    let &Leaf { first, count, .. } = leaf;
+    let row = |row: usize| *wide.rows.get(9 * first + row * count + place);
+    wide.rows.is_empty() || corners.as_flattened().iter().enumerate().all(|(i, &x)| row(i) == x as f32)
+}
+
+/// Of nodes with two children.
+fn validate_nodes(tree: &Tree, triangles: &Triangles) -> Result<Reached, Error> {
+    let references = tree.order.len() - tree.stats.rejected;
+    let mut reached = Reached::default();
+    if tree.nodes.is_empty() {
+        return if references == 0 { Ok(reached) } else { broken(0, format!("{references} references and no node")) };
+    }
+    let mut leaves = Leaves::new(tree, triangles);
     let mut covered = 0;
     let mut stack = vec![(0, 0, tree.bounds)];
     while let Some((index, depth, bounds)) = stack.pop() {
-        reached += 1;
+        reached.nodes += 1;
         if depth > MAX_DEPTH {
             return broken(index, format!("deeper than {MAX_DEPTH}"));
         }
         let node = tree.nodes.get(index);
-        let (first, rows) = match node.piece_number().map(|piece| look(tree, piece, index)).transpose()? {
+        let (first, count, unbuilt) = match node.piece_number().map(|piece| look(tree, piece, index)).transpose()? {
             Some(Place::Root(root)) if root as usize <= index => return broken(index, format!("root {root}")),
             Some(Place::Root(root)) => {
                 stack.push((root as usize, depth, bounds));
                 continue;
             }
-            Some(Place::Unbuilt(first, rows)) => (first, rows),
+            Some(Place::Unbuilt(first, rows)) => (first, rows.len(), Some(rows)),
             None => match node.kind() {
                 Kind::Inner { axis, left, clip } => {
                     // Children stand behind their parent, so that a walk downwards ends.
@@ -91,45 +194,58 @@ fn validate_nodes(tree: &Tree, triangles: &Triangles) -> Result<usize, Error> {
                     stack.push((left, depth + 1, lower_part));
                     continue;
                 }
-                Kind::Leaf { first, count } if first.checked_add(count).is_some_and(|end| end <= references) => {
-                    (first, tree.order.slice(first..first + count).to_vec())
-                }
-                Kind::Leaf { first, count } => return broken(index, format!("{count} references from {first}")),
+                Kind::Leaf { first, count } => (first, count, None),
             },
         };
-        // Depth first meets the leaves in the order of their references.
-        if first != covered || rows.is_empty() {
-            return broken(index, format!("references {first} to {} after {covered}", first + rows.len()));
+        // Depth first meets the leaves in the order of their references, each of which has one at least.
+        if first != covered || count == 0 || count > references - covered {
+            return broken(index, format!("{count} references from {first} after {covered} of {references}"));
         }
-        covered += rows.len();
-        for row in rows {
-            if !bounds.contains(&Bounds::of_triangle(&triangles.corners(row))) {
-                return broken(index, format!("triangle {row} reaches out of its clip planes"));
+        covered += count;
+        match unbuilt {
+            None => {
+                reached.leaf(depth as usize);
+                leaves.add(Leaf { node: index, first, count, bounds })?;
             }
+            Some(rows) => check_unbuilt(index, &bounds, &rows, triangles)?,
         }
     }
+    leaves.check()?;
     if covered != references {
         return broken(0, format!("{covered} of {references} references stand in a leaf"));
     }
     Ok(reached)
 }
 
+fn check_unbuilt(node: usize, bounds: &Bounds, rows: &[u32], triangles: &Triangles) -> Result<(), Error> {
+    let problem = |&row: &u32| reaches_out(bounds, row, &triangles.corners(row));
+    rows.iter().find_map(problem).map_or(Ok(()), |problem| broken(node, problem))
+}
+
 /// The same of records: each leaf's triangles lie within the box of its lane and of every lane above it, and the rows
 /// hold their vertices.
-fn validate_records(tree: &Tree, wide: &Wide, triangles: &Triangles) -> Result<usize, Error> {
-    let broken = |node: usize, problem: String| Err(Error::Broken { node, problem });
+fn validate_records(tree: &Tree, wide: &Wide, triangles: &Triangles) -> Result<Reached, Error> {
     let mut seen = vec![false; tree.order.len() - tree.stats.rejected];
-    let mut reached = 0;
+    let mut reached = Reached::default();
+    let mut leaves = Leaves::new(tree, triangles);
     let everything = Bounds { lower: [f32::NEG_INFINITY; 3], upper: [f32::INFINITY; 3] };
     let mut space = Record::EMPTY;
     let mut stack = Vec::new();
     if !seen.is_empty() {
-        stack.push((0, everything));
+        stack.push((0, 1, everything));
     }
-    while let Some((index, outer)) = stack.pop() {
-        reached += 1;
-        if index >= wide.records.len() {
+    while let Some((index, depth, outer)) = stack.pop() {
+        reached.nodes += 1;
+        if index >= wide.records.len() || reached.nodes > wide.records.len() {
             return broken(index, format!("{} records", wide.records.len()));
+        }
+        if depth > MAX_DEPTH as usize + 1 {
+            return broken(index, format!("deeper than {MAX_DEPTH}"));
+        }
+        if let Records::Full(records) = &wide.records
+            && !records.get(index).orders_are_whole()
+        {
+            return broken(index, "a lane is not met once in an order".to_owned());
         }
         let record = wide.records.get::<Scalar>(index, &mut space);
         for lane in (0..WIDTH).filter(|&lane| record.bounds(lane) != Bounds::EMPTY) {
@@ -147,56 +263,40 @@ fn validate_records(tree: &Tree, wide: &Wide, triangles: &Triangles) -> Result<u
                     Place::Unbuilt(first, rows) => unbuilt = Some((first, rows)),
                 }
             }
-            let (first, rows) = match (target, unbuilt) {
+            let (first, count) = match (target, &unbuilt) {
+                // Children stand behind their parent, so that a walk downwards ends.
                 (Target::Record(child), _) if child <= index => return broken(index, format!("child {child}")),
                 (Target::Record(child), _) => {
-                    stack.push((child, bounds));
+                    stack.push((child, depth + 1, bounds));
                     continue;
                 }
-                (Target::Leaf { first, count }, _) => {
-                    if first + count > seen.len() {
-                        return broken(index, format!("{count} references from {first} in lane {lane}"));
-                    }
-                    let rows = tree.order.slice(first..first + count).to_vec();
-                    for (place, &row) in rows.iter().enumerate() {
-                        if !holds_vertices(wide, Leaf { first, count }, place, &triangles.corners(row)) {
-                            return broken(index, format!("vertices of triangle {row} differ"));
-                        }
-                    }
-                    (first, rows)
-                }
-                (Target::Piece(_), Some(rows)) => rows,
+                (Target::Leaf { first, count }, _) => (first, count),
+                (Target::Piece(_), Some((first, rows))) => (*first, rows.len()),
                 (Target::Piece(piece), None) => return broken(index, format!("piece {piece} within a piece")),
             };
-            for (place, row) in (first..).zip(rows) {
-                match seen.get_mut(place) {
-                    None | Some(true) => return broken(index, format!("reference {place} in lane {lane}")),
-                    Some(seen) => *seen = true,
+            if first > seen.len() || count > seen.len() - first {
+                return broken(index, format!("{count} references from {first} in lane {lane}"));
+            }
+            if let Some(place) = seen[first..first + count].iter().position(|&seen| seen) {
+                return broken(index, format!("reference {} in lane {lane} is in another leaf", first + place));
+            }
+            seen[first..first + count].fill(true);
+            match unbuilt {
+                None => {
+                    reached.leaf(depth);
+                    leaves.add(Leaf { node: index, first, count, bounds })?;
                 }
-                if !bounds.contains(&Bounds::of_triangle(&triangles.corners(row))) {
-                    return broken(index, format!("triangle {row} reaches out of its box"));
-                }
+                Some((_, rows)) => check_unbuilt(index, &bounds, &rows, triangles)?,
             }
         }
     }
+    leaves.check()?;
     let covered = seen.iter().filter(|&&seen| seen).count();
     let references = triangles.len() - tree.stats.rejected;
     if covered != references {
         return broken(0, format!("{covered} of {references} references stand in a leaf"));
     }
     Ok(reached)
-}
-
-/// A range of references.
-struct Leaf {
-    first: usize,
-    count: usize,
-}
-
-fn holds_vertices(wide: &Wide, leaf: Leaf, place: usize, corners: &Corners) -> bool {
-    let Leaf { first, count } = leaf;
-    let row = |row: usize| *wide.rows.get(9 * first + row * count + place);
-    wide.rows.is_empty() || corners.as_flattened().iter().enumerate().all(|(i, &x)| row(i) == x as f32)
 }
 
 #[cfg(test)]

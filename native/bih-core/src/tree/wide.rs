@@ -186,6 +186,15 @@ impl Record {
         self.orders.of(octant)
     }
 
+    /// Whether each lane stands in one place of each order.
+    pub(super) fn orders_are_whole(&self) -> bool {
+        (0..WIDTH).all(|octant| {
+            let order = self.order(octant);
+            let lanes = (0..WIDTH).fold(0u32, |lanes, place| lanes | 1 << (order >> (4 * place) & 15));
+            lanes == (1 << WIDTH) - 1
+        })
+    }
+
     /// What stands in a lane.
     #[inline(always)]
     pub fn child(&self, lane: usize) -> Child {

@@ -14,7 +14,8 @@ threads at once; Ctrl-C ends long ones.
 """
 
 from collections.abc import Callable, Sequence
-from typing import Any, Literal, final
+from os import PathLike
+from typing import Any, Literal, Self, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -248,6 +249,25 @@ class Tree:
 
     def validate(self) -> None:
         """Check every rule that a tree keeps; raises BihError naming the first broken node."""
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write the tree and its mesh to one file, docs/format.md byte by byte. What is at `path` stays until all of
+        the new file is on the disk, then it is replaced; raises OSError, and leaves nothing, where that cannot be done.
+
+        A tree that is built on demand is saved as the one that is built at once, which gives the same hits; the tree
+        itself stays as it is. Not saved are the number of threads and who else has the arrays."""
+
+    @classmethod
+    def load(cls, path: str | PathLike[str], *, mmap: bool = True) -> Self:
+        """A tree that `save` wrote, with its mesh; every query gives the same bits. It uses all cores.
+
+        With `mmap` the file is mapped: its pages are read when they are used, and processes share them. It may be
+        deleted or replaced by `save` meanwhile; a program that writes into it in place changes the tree. Without, all
+        of it is read into memory, once and for all.
+
+        All of the file is checked first, by checksums and by the rules of `validate`: raises FileFormatError naming
+        what is wrong with one that is damaged, made up, of another version or no saved tree, and OSError where it
+        cannot be read."""
 
 @final
 class Camera:
