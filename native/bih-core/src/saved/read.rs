@@ -64,7 +64,7 @@ pub fn parse(bytes: Bytes) -> Result<Saved, String> {
     let file = Arc::new(bytes);
     let header = header(&file)?;
     let options = options(&header)?;
-    let places = places(&header, &file)?;
+    let places = places(&header, item_bytes(&header, &options), &file)?;
     let [vertices, rows, order, nodes, leaf_rows, left_out] = places;
 
     let is_indexed = flag("indexed", header.is_indexed)?;
@@ -135,6 +135,17 @@ fn options(header: &Header) -> Result<BuildOptions, String> {
     Ok(options)
 }
 
+/// Bytes of an item of each section.
+fn item_bytes(header: &Header, options: &BuildOptions) -> [usize; SECTIONS.len()] {
+    let node = match (options.structure, options.layout) {
+        (Structure::KdTree, _) => KdNode::BYTES,
+        (_, Layout::Classic) => Node::BYTES,
+        (_, Layout::Wide) => Record::BYTES,
+        (_, Layout::Compact) => CompactRecord::BYTES,
+    };
+    [3 * usize::from(header.coordinate), size_of::<[u32; 3]>(), size_of::<u32>(), node, size_of::<f32>(), 1]
+}
+
 fn flag(name: &str, value: u8) -> Result<bool, String> {
     match value {
         0 | 1 => Ok(value == 1),
@@ -143,10 +154,15 @@ fn flag(name: &str, value: u8) -> Result<bool, String> {
 }
 
 /// Where the sections are, each with the right checksum and nothing but zeros before it.
-fn places(header: &Header, file: &[u8]) -> Result<[Range<usize>; SECTIONS.len()], String> {
+fn places(
+    header: &Header,
+    item_bytes: [usize; SECTIONS.len()],
+    file: &[u8],
+) -> Result<[Range<usize>; SECTIONS.len()], String> {
     let mut places = [const { 0..0 }; SECTIONS.len()];
     let mut end = size_of::<Header>() as u64;
-    for ((place, entry), name) in places.iter_mut().zip(&header.table).zip(SECTIONS) {
+    let entries = header.table.iter().zip(item_bytes).zip(SECTIONS);
+    for (place, ((entry, item), name)) in places.iter_mut().zip(entries) {
         let Section { start, bytes, item_bytes, checksum: sum } = *entry;
         if aligned(end) != Some(start) {
             return Err(format!("section {name}: at {start}, behind {end}"));
@@ -155,8 +171,8 @@ fn places(header: &Header, file: &[u8]) -> Result<[Range<usize>; SECTIONS.len()]
         let Some(next) = next else {
             return Err(format!("section {name}: {bytes} bytes at {start} of {}", header.file_bytes));
         };
-        if item_bytes == 0 || bytes % u64::from(item_bytes) != 0 {
-            return Err(format!("section {name}: {bytes} bytes of items of {item_bytes}"));
+        if item_bytes as usize != item || bytes % item as u64 != 0 {
+            return Err(format!("section {name}: {bytes} bytes, items of {item_bytes}; {item} belong to an item"));
         }
         if file[end as usize..start as usize].iter().any(|&byte| byte != 0) {
             return Err(format!("damaged: the bytes before section {name} are not zero"));
@@ -178,7 +194,7 @@ fn reasons(text: &[u8]) -> Result<Vec<(String, String)>, String> {
     let wrong = || "section left_out: no lines of a part and a reason".to_owned();
     let text = std::str::from_utf8(text).ok().filter(|text| text.len() <= LONGEST_TEXT).ok_or_else(wrong)?;
     let reason = |line: &str| line.split_once(": ").map(|(part, reason)| (part.to_owned(), reason.to_owned()));
-    text.lines().map(|line| reason(line).ok_or_else(wrong)).collect()
+    text.split_inclusive('\n').map(|line| line.strip_suffix('\n').and_then(reason).ok_or_else(wrong)).collect()
 }
 
 /// What a tree is put together from.
