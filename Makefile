@@ -20,7 +20,7 @@ HARNESS := $(CURDIR)/build/bench/target
 NATIVE := rust-toolchain.toml native/Cargo.toml native/Cargo.lock \
 	$(shell find native/bih-core native/bih-python \( -name target -o -name __pycache__ \) -prune -o -print)
 
-.PHONY: help preview test stress mutations bench bench-quick tables report lint types test-rust test-neon test-address test-miri test-memory test-loom \
+.PHONY: help preview test fuzz stress mutations bench bench-quick tables report lint types test-rust test-neon test-address test-miri test-memory test-loom \
 	test-python \
 	package real-blender format lock clean machine test-machine
 .DELETE_ON_ERROR:
@@ -33,6 +33,7 @@ help:
 	@echo "make test-loom                 every order in which threads can meet where a tree is built on demand"
 	@echo "make stress                    the hard cases long (hours): 10 million aimed rays, all of the sweeps, make mutations"
 	@echo "make mutations                 mistakes made on purpose in a copy of native/, each of which a test must see"
+	@echo "make fuzz [SECONDS=60]         fuzz meshes with rays, then saved trees, so long each"
 	@echo "make bench [BENCH=--help]      measure beside the peers (half an hour), write docs/benchmarks.md"
 	@echo "make bench-quick               the same on small scenes: answers and counts alone, for CI"
 	@echo "make tables [TABLES=--help]    the slides' tables on this machine (some minutes), into docs/benchmarks.md"
@@ -84,6 +85,10 @@ test-neon test-address test-miri test-loom: test-%: | test-machine
 	@"$(PYTHON)" tools/native_checks.py $*
 
 test-memory: test-address test-miri
+
+SECONDS := 60
+fuzz:
+	@"$(PYTHON)" tools/fuzz.py $(SECONDS)
 
 # The tests say of themselves what they skip where there is no real Blender; with CI set they fail instead.
 test-python: $(VENV)/.tests $(VENV)/.bihtree
