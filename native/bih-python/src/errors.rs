@@ -1,6 +1,6 @@
 //! Errors of the core as exceptions of the package, where they are defined (they have two bases each).
 
-use std::io::ErrorKind;
+use std::io::{self, ErrorKind};
 
 use bih_core::Error;
 use pyo3::exceptions::{PyIsADirectoryError, PyMemoryError, PyOSError, PyValueError};
@@ -23,7 +23,7 @@ pub fn to_exception(error: Error) -> PyErr {
         Error::File { path, code: Some(code), reason, .. } => PyOSError::new_err((code, reason, path)),
         Error::File { kind: ErrorKind::IsADirectory, .. } => PyIsADirectoryError::new_err(text),
         Error::File { kind: ErrorKind::OutOfMemory, .. } => PyMemoryError::new_err(text),
-        Error::File { .. } => PyOSError::new_err(text),
+        Error::File { kind, .. } => io::Error::new(kind, text).into(),
         Error::Broken { .. } => BihError::new_err(text),
         Error::VertexOutOfRange { .. } | Error::RaggedSoup { .. } | Error::TooManyTriangles { .. } => {
             GeometryError::new_err(text)
