@@ -55,7 +55,7 @@ impl Fixture {
 
 fn all_options() -> Vec<BuildOptions> {
     let mut all = Vec::new();
-    for precision in [Precision::Fast, Precision::Watertight] {
+    for precision in [Precision::Fast, Precision::Watertight, Precision::Exact] {
         for layout in [Layout::Classic, Layout::Wide, Layout::Compact] {
             for heuristic in [Heuristic::Global, Heuristic::Local, Heuristic::Sah] {
                 let eager = BuildOptions { layout, heuristic, precision, ..Default::default() };

@@ -32,13 +32,13 @@ pub fn queries(data: &[u8]) {
     let triangles = Triangles::new(vertices, is_indexed.then_some(&rows[..])).expect("rows of vertices that are there");
     let rays = rays(&mut numbers, &triangles, has_limits);
     // What is true depends on the precision alone.
-    let mut truth: Option<Vec<Option<Hit>>> = None;
+    let mut truths: [Option<Vec<Option<Hit>>>; 2] = [None, None];
     for options in all_options(leaf_size) {
         let tree = build(&triangles, &options, &Control::default()).expect("a tree over any mesh");
-        if options.precision == Precision::Watertight && truth.is_none() {
-            truth = Some(naive(&tree, &triangles, &rays));
-        }
-        let truth = truth.as_deref().filter(|_| options.precision == Precision::Watertight);
+        let place =
+            [Precision::Watertight, Precision::Exact].iter().position(|&precision| precision == options.precision);
+        let truth = place.map(|place| &*truths[place].get_or_insert_with(|| naive(&tree, &triangles, &rays)));
+        let truth = truth.map(Vec::as_slice);
         agree(&tree, &triangles, &rays, truth);
         tree::validate(&tree, &triangles).expect("a tree that keeps its rules");
         if options.build == Build::Eager {
@@ -90,6 +90,8 @@ fn all_options(leaf_size: usize) -> Vec<BuildOptions> {
         all.push(BuildOptions { precision, ..of(Structure::Bvh) });
         all.push(BuildOptions { precision, ..BuildOptions::of(Structure::KdTree) });
     }
+    let exact = |options| BuildOptions { precision: Precision::Exact, ..options };
+    all.extend([of(Structure::Bih), of(Structure::Bvh), BuildOptions::of(Structure::KdTree)].map(exact));
     all
 }
 

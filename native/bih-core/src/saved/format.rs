@@ -141,11 +141,12 @@ impl Coded for Heuristic {
 
 impl Coded for Precision {
     const NAME: &'static str = "precision";
-    const ALL: &'static [Self] = &[Self::Fast, Self::Watertight];
+    const ALL: &'static [Self] = &[Self::Fast, Self::Watertight, Self::Exact];
     fn code(self) -> u8 {
         match self {
             Self::Fast => 0,
             Self::Watertight => 1,
+            Self::Exact => 2,
         }
     }
 }
