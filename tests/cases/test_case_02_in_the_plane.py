@@ -76,7 +76,7 @@ def test_a_hundred_thousand_rays_along_the_faces_of_blocks(variant):
 
 @every_tree
 @pytest.mark.parametrize("axis", range(3))
-@pytest.mark.parametrize("height", [0.1, 1 / 3, 1e-40, 1e300, -0.7])
+@pytest.mark.parametrize("height", [0.1, 0.7, -0.1, 1e-40, 1e300])
 def test_flat_meshes_between_two_numbers_of_single_precision(variant, axis, height):
     """Their boxes are flat too, but for the rounding outward: a ray that ends in the plane still hits."""
     flat = meshes.grid(3, 3, np.float64)

@@ -276,10 +276,10 @@ def test_two_to_the_31_triangles_announced(dtype):
 
 @every_tree_of_many_rays
 def test_a_hundred_thousand_rays(variant):
-    """In arrays of every layout that NumPy allows, all of which hold the same rays and the same mesh."""
+    """A third each in arrays that NumPy allows and few send: a tree of the mesh in the same layout answers."""
     mesh = meshes.icosphere(1)
     rays = at_weak_places(mesh)
-    for name, origins in layouts(rays.origins).items():
-        if name in ("fortran", "unaligned", "big-endian"):
-            vertices = layouts(mesh.vertices)[name]
-            assert_many_true(variant, meshes.Triangles(vertices, mesh.triangles), Rays(origins, rays.directions))
+    for first, name in enumerate(("fortran", "unaligned", "big-endian")):
+        vertices = layouts(mesh.vertices)[name]
+        some = Rays(layouts(rays.origins[first::3])[name], layouts(rays.directions[first::3])[name])
+        assert_many_true(variant, meshes.Triangles(vertices, mesh.triangles), some)
