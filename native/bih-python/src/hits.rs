@@ -56,3 +56,49 @@ impl Hits {
         Ok(format!("<bihtree.Hits: {hit} of {} rays hit, {} invalid>", self.length, self.invalid))
     }
 }
+
+/// All triangles hit by each of N rays, as NumPy arrays that own their memory.
+#[pyclass(frozen, module = "bihtree")]
+pub struct HitLists {
+    #[pyo3(get)]
+    offsets: Py<PyArray1<i64>>,
+    #[pyo3(get)]
+    t: Py<PyAny>,
+    #[pyo3(get)]
+    triangle: Py<PyArray1<i32>>,
+    #[pyo3(get)]
+    u: Py<PyAny>,
+    #[pyo3(get)]
+    v: Py<PyAny>,
+    #[pyo3(get)]
+    instance: Py<PyArray1<i32>>,
+    rays: usize,
+    hits: usize,
+}
+
+impl HitLists {
+    pub fn new<F: Float + Element>(py: Python<'_>, lists: bih_core::traverse::HitLists<F>) -> Self {
+        let (rays, hits) = (lists.offsets.len() - 1, lists.t.len());
+        Self {
+            offsets: PyArray1::from_vec(py, lists.offsets).unbind(),
+            t: PyArray1::from_vec(py, lists.t).into_any().unbind(),
+            triangle: PyArray1::from_vec(py, lists.triangle).unbind(),
+            u: PyArray1::from_vec(py, lists.u).into_any().unbind(),
+            v: PyArray1::from_vec(py, lists.v).into_any().unbind(),
+            instance: PyArray1::zeros(py, hits, false).unbind(),
+            rays,
+            hits,
+        }
+    }
+}
+
+#[pymethods]
+impl HitLists {
+    fn __len__(&self) -> usize {
+        self.rays
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<bihtree.HitLists: {} hits of {} rays>", self.hits, self.rays)
+    }
+}

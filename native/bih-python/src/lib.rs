@@ -23,7 +23,7 @@ mod _bihtree {
     #[pymodule_export]
     use crate::camera::Camera;
     #[pymodule_export]
-    use crate::hits::Hits;
+    use crate::hits::{HitLists, Hits};
     #[pymodule_export]
     use crate::render::render;
     #[pymodule_export]

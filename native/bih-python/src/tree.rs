@@ -6,7 +6,7 @@ use bih_core::build::{Heuristic, Precision, Structure};
 use bih_core::geometry::Triangles;
 use bih_core::saved::{self, Access, Saved};
 use bih_core::simd::FloatEnvironment;
-use bih_core::traverse::{Float, Limits, RayBatch};
+use bih_core::traverse::{Float, Limits, RayBatch, contains};
 use bih_core::{BuildOptions, Control, Error, Tree as CoreTree, tree};
 use numpy::{Element, PyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
@@ -16,7 +16,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::arrays::{Limit, LimitArray, limits, vectors};
 use crate::errors::{BihError, GeometryError, to_exception};
-use crate::hits::Hits;
+use crate::hits::{HitLists, Hits};
 use crate::mesh::Mesh;
 use crate::options::{named_build, named_heuristic, named_layout, named_precision, named_structure};
 use crate::stats::Stats;
@@ -24,6 +24,9 @@ use crate::supervise::{run, supervise};
 
 /// Batches of fewer rays are over before anyone could cancel them.
 const SUPERVISED: usize = 1 << 14;
+
+/// Batches of fewer tests are, where each ray may meet every triangle.
+const SUPERVISED_TESTS: usize = 1 << 24;
 
 /// An acceleration structure over one triangle mesh.
 #[pyclass(frozen, module = "bihtree")]
@@ -117,8 +120,59 @@ impl Tree {
         t_min: Limit<'py>,
         t_max: Limit<'py>,
     ) -> PyResult<Bound<'py, PyArray1<bool>>> {
-        let answers = self.query(py, origins, directions, &t_min, &t_max, |core, triangles, rays, control| {
-            Ok(rays.occluded(core, triangles, control)?)
+        let answers =
+            self.query(py, origins, directions, &t_min, &t_max, SUPERVISED, |core, triangles, rays, control| {
+                Ok(rays.occluded(core, triangles, control)?)
+            })?;
+        Ok(PyArray::from_vec(py, answers))
+    }
+
+    /// All triangles that each ray hits, nearest first.
+    #[pyo3(signature = (origins, directions, *, t_min=Limit::Number(0.0), t_max=Limit::Number(f64::INFINITY),
+        max_hits=None), text_signature = "($self, origins, directions, *, t_min=0.0, t_max=1e999, max_hits=None)")]
+    fn intersect_all(
+        &self,
+        py: Python<'_>,
+        origins: &Bound<'_, PyAny>,
+        directions: &Bound<'_, PyAny>,
+        t_min: Limit<'_>,
+        t_max: Limit<'_>,
+        max_hits: Option<i64>,
+    ) -> PyResult<HitLists> {
+        let most = max_hits.map(|most| count("max_hits", most, 1)).transpose()?.unwrap_or(usize::MAX);
+        let _standard = FloatEnvironment::standard();
+        if self.mesh.with_triangles(py, |triangles| triangles.is_double())? {
+            self.all::<f64>(py, origins, directions, &t_min, &t_max, most)
+        } else {
+            self.all::<f32>(py, origins, directions, &t_min, &t_max, most)
+        }
+    }
+
+    /// How often each ray crosses the surface.
+    #[pyo3(signature = (origins, directions, *, t_min=Limit::Number(0.0), t_max=Limit::Number(f64::INFINITY)),
+        text_signature = "($self, origins, directions, *, t_min=0.0, t_max=1e999)")]
+    fn count<'py>(
+        &self,
+        py: Python<'py>,
+        origins: &Bound<'py, PyAny>,
+        directions: &Bound<'py, PyAny>,
+        t_min: Limit<'py>,
+        t_max: Limit<'py>,
+    ) -> PyResult<Bound<'py, PyArray1<i32>>> {
+        let counts =
+            self.query(py, origins, directions, &t_min, &t_max, self.few(), |core, triangles, rays, control| {
+                Ok(rays.count(core, triangles, control)?)
+            })?;
+        Ok(PyArray::from_vec(py, counts))
+    }
+
+    /// Whether each point is inside the surface or on it.
+    fn contains<'py>(&self, py: Python<'py>, points: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray1<bool>>> {
+        let _standard = FloatEnvironment::standard();
+        let points = vectors("points", points)?;
+        let view = points.view()?;
+        let answers = self.work(py, points.rows(), self.few(), |triangles, control| {
+            Ok(contains(&view, &self.core, triangles, control)?)
         })?;
         Ok(PyArray::from_vec(py, answers))
     }
@@ -136,6 +190,7 @@ impl Tree {
             directions,
             &Limit::Number(0.0),
             &Limit::Number(f64::INFINITY),
+            SUPERVISED,
             |core, triangles, rays, control| Ok(rays.cost(core, triangles, control)?),
         )?;
         let nodes = PyArray1::from_iter(py, counts.iter().map(|counts| counts.nodes as i32));
@@ -237,13 +292,32 @@ impl Tree {
         t_min: &Limit<'_>,
         t_max: &Limit<'_>,
     ) -> PyResult<Hits> {
-        let hits = self.query(py, origins, directions, t_min, t_max, |core, triangles, rays, control| {
-            Ok(rays.closest::<F>(core, triangles, control)?)
-        })?;
+        let hits =
+            self.query(py, origins, directions, t_min, t_max, SUPERVISED, |core, triangles, rays, control| {
+                Ok(rays.closest::<F>(core, triangles, control)?)
+            })?;
         Ok(Hits::new(py, hits))
     }
 
-    /// Check the rays and hand them to `work` with the triangles, supervised where there are many.
+    /// All hits of each ray, in numbers of one precision.
+    fn all<F: Float + Element>(
+        &self,
+        py: Python<'_>,
+        origins: &Bound<'_, PyAny>,
+        directions: &Bound<'_, PyAny>,
+        t_min: &Limit<'_>,
+        t_max: &Limit<'_>,
+        most: usize,
+    ) -> PyResult<HitLists> {
+        let lists =
+            self.query(py, origins, directions, t_min, t_max, self.few(), |core, triangles, rays, control| {
+                Ok(rays.all::<F>(core, triangles, most, control)?)
+            })?;
+        Ok(HitLists::new(py, lists))
+    }
+
+    /// Check the rays and hand them to `work` with the triangles, supervised unless there are `few`.
+    #[expect(clippy::too_many_arguments, reason = "four of them are the rays")]
     fn query<'py, T: Send>(
         &self,
         py: Python<'py>,
@@ -251,6 +325,7 @@ impl Tree {
         directions: &Bound<'py, PyAny>,
         t_min: &Limit<'py>,
         t_max: &Limit<'py>,
+        few: usize,
         work: impl FnOnce(&CoreTree, &Triangles, &RayBatch, &Control) -> Result<T, Error> + Send,
     ) -> PyResult<T> {
         let _standard = FloatEnvironment::standard();
@@ -279,10 +354,26 @@ impl Tree {
                 (_, array) => Limits::Each(array.as_ref().map_or(Ok(&[][..]), |array| array.as_slice())?),
             },
         };
+        self.work(py, rays, few, |triangles, control| work(&self.core, triangles, &batch, control))
+    }
+
+    /// Fewer rays than this are not supervised where each may meet every triangle.
+    fn few(&self) -> usize {
+        SUPERVISED.min(SUPERVISED_TESTS / self.core.stats().triangles.max(1))
+    }
+
+    /// Answer this many questions about the triangles, supervised unless there are `few`.
+    fn work<T: Send>(
+        &self,
+        py: Python<'_>,
+        questions: usize,
+        few: usize,
+        work: impl FnOnce(&Triangles, &Control) -> Result<T, Error> + Send,
+    ) -> PyResult<T> {
         let pool = self.pool.as_ref();
         self.mesh.with_triangles(py, |triangles| {
-            let work = |control: &Control| work(&self.core, &triangles, &batch, control);
-            if rays < SUPERVISED { run(py, pool, work) } else { supervise(py, pool, None, work) }
+            let work = |control: &Control| work(&triangles, control);
+            if questions < few { run(py, pool, work) } else { supervise(py, pool, None, work) }
         })?
     }
 

@@ -125,6 +125,32 @@ pub fn weights(corners: &Corners, origin: &Vector, direction: &Vector) -> [f64; 
         .unwrap_or_else(|| Fraction::weights(corners, origin, direction).map(|weight| weight.to_f64()))
 }
 
+/// Whether the line of the ray crosses the triangle once the origin is moved by (ε, ε², ε³), whatever small number ε is:
+/// edge values of one sign, where the sign of one that is zero is that of the first component of d × edge that is not.
+pub fn is_crossed(corners: &Corners, origin: &Vector, direction: &Vector) -> bool {
+    let [a, b, c] = corners.map(|corner| point(&corner));
+    let ends = [(&b, &c), (&c, &a), (&a, &b)];
+    let edges = edges(corners, origin, direction);
+    let direction = point(direction);
+    let signs: [Ordering; 3] = std::array::from_fn(|i| {
+        let (start, end) = ends[i];
+        edges[i].sign().then_with(|| {
+            let turned = cross(&direction, &difference(end, start));
+            turned.iter().map(Dyadic::sign).find(|&sign| sign != Ordering::Equal).unwrap_or(Ordering::Equal)
+        })
+    });
+    // Zero is left only for an edge that runs along the line, and then the others differ.
+    signs[0] != Ordering::Equal && signs == [signs[0]; 3]
+}
+
+/// The sign of (a − p) × (b − p) in a plane.
+pub fn side(a: &[f64; 2], b: &[f64; 2], p: &[f64; 2]) -> Ordering {
+    let [a, b, p] = [a, b, p].map(|v| v.map(Dyadic::new));
+    let [ax, ay] = [a[0].minus(&p[0]), a[1].minus(&p[1])];
+    let [bx, by] = [b[0].minus(&p[0]), b[1].minus(&p[1])];
+    ax.times(&by).minus(&ay.times(&bx)).sign()
+}
+
 /// Whether the three corners lie on a line.
 pub fn is_degenerate(corners: &Corners) -> bool {
     let [a, b, c] = corners.map(|corner| point(&corner));

@@ -1,15 +1,18 @@
 //! Ray against triangle: in single precision, or decided in double precision where a proven bound allows, in whole
 //! numbers where not.
 
+mod containment;
 mod distance;
 mod double_double;
 mod exact;
 mod fixed;
 mod moller_trumbore;
+mod parity;
 mod rounding;
 mod watertight;
 mod whole;
 
+pub use containment::{PointTest, Sight};
 pub use distance::{Distance, weights};
 pub use moller_trumbore::{Meeting, SingleHit, SingleRay};
 pub use rounding::{rounded, rounded_quickly};

@@ -21,7 +21,7 @@ pub struct RayTest {
     pub(super) origin: Vector,
     pub(super) direction: Vector,
     /// No edge value of a triangle within the bounds is further than this from its true value.
-    edge_error: f64,
+    pub(super) edge_error: f64,
 }
 
 impl RayTest {
@@ -47,7 +47,7 @@ impl RayTest {
 
     /// The edge values, each within `edge_error` of the truth. Their sum is the denominator of `t`.
     #[inline(always)]
-    fn edges(&self, corners: &Corners) -> [f64; 3] {
+    pub(super) fn edges(&self, corners: &Corners) -> [f64; 3] {
         let a = subtract(&corners[0], &self.origin);
         let b = subtract(&corners[1], &self.origin);
         let c = subtract(&corners[2], &self.origin);

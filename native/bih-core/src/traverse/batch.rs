@@ -1,5 +1,7 @@
 //! Many rays at once, on all threads of the pool that the caller runs in.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::trace::{Tracer, Way};
@@ -10,7 +12,7 @@ use crate::simd::FloatEnvironment;
 use crate::tree::Tree;
 
 /// Rays that a thread takes at a time: enough to forget what taking them costs, few enough to cancel promptly.
-const CHUNK: usize = 1024;
+pub(super) const CHUNK: usize = 1024;
 
 /// Points or directions in the precision they came in.
 #[derive(Debug, Clone, Copy)]
@@ -23,14 +25,14 @@ pub enum Vectors<'a> {
 
 impl Vectors<'_> {
     #[inline(always)]
-    fn get(&self, row: usize) -> [f64; 3] {
+    pub(super) fn get(&self, row: usize) -> [f64; 3] {
         match self {
             Self::F32(vectors) => vectors[row].map(f64::from),
             Self::F64(vectors) => vectors[row],
         }
     }
 
-    fn len(&self) -> usize {
+    pub(super) fn len(&self) -> usize {
         match self {
             Self::F32(vectors) => vectors.len(),
             Self::F64(vectors) => vectors.len(),
@@ -152,7 +154,7 @@ impl RayBatch<'_> {
             .enumerate()
             .map_init(Worker::default, |worker, (chunk, (t, triangle, u, v))| {
                 control.advance(t.len())?;
-                let invalid = worker.take(self, chunk, t.len());
+                let invalid = worker.take(self, chunk * CHUNK..chunk * CHUNK + t.len());
                 for (place, hit) in worker.closest(tree, triangles).iter().enumerate() {
                     if let Some(hit) = hit {
                         t[place] = F::narrowed(hit.t);
@@ -169,7 +171,7 @@ impl RayBatch<'_> {
 
     /// Whether each ray hits anything; an invalid ray does not.
     pub fn occluded(&self, tree: &Tree, triangles: &Triangles, control: &Control) -> Result<Vec<bool>, Cancelled> {
-        self.each(control, |worker, hidden| {
+        self.each(CHUNK, control, |worker, hidden| {
             let way = Way::suited(tree, &worker.rays);
             Tracer::new(tree, triangles).occluded(&worker.rays, way, &mut worker.stack, hidden);
         })
@@ -177,21 +179,23 @@ impl RayBatch<'_> {
 
     /// What the nearest hit of each ray costs; nothing for an invalid ray.
     pub fn cost(&self, tree: &Tree, triangles: &Triangles, control: &Control) -> Result<Vec<Counts>, Cancelled> {
-        self.each(control, |worker, counts| {
+        self.each(CHUNK, control, |worker, counts| {
             Tracer::new(tree, triangles).cost(&worker.rays, &mut worker.stack, counts);
         })
     }
 
-    fn each<A: Clone + Default + Send>(
+    /// Answers for all rays, of which a thread takes so many at a time.
+    pub(super) fn each<A: Clone + Default + Send>(
         &self,
+        size: usize,
         control: &Control,
         work: impl Fn(&mut Worker, &mut [A]) + Sync,
     ) -> Result<Vec<A>, Cancelled> {
         let mut answers = vec![A::default(); self.len()];
         control.start(answers.len());
-        answers.par_chunks_mut(CHUNK).enumerate().try_for_each_init(Worker::default, |worker, (chunk, answers)| {
+        answers.par_chunks_mut(size).enumerate().try_for_each_init(Worker::default, |worker, (chunk, answers)| {
             control.advance(answers.len())?;
-            worker.take(self, chunk, answers.len());
+            worker.take(self, chunk * size..chunk * size + answers.len());
             work(worker, answers);
             Ok(())
         })?;
@@ -200,11 +204,11 @@ impl RayBatch<'_> {
 }
 
 /// What a thread keeps from one chunk of rays to the next.
-struct Worker {
+pub(super) struct Worker {
     _standard: FloatEnvironment,
-    rays: Vec<Ray>,
+    pub(super) rays: Vec<Ray>,
     hits: Vec<Option<Hit>>,
-    stack: Stack,
+    pub(super) stack: Stack,
 }
 
 impl Default for Worker {
@@ -219,11 +223,10 @@ impl Default for Worker {
 }
 
 impl Worker {
-    /// Take the rays of a chunk. Answers how many of them no answer can be given for.
-    fn take(&mut self, batch: &RayBatch, chunk: usize, count: usize) -> usize {
-        let first = chunk * CHUNK;
+    /// Take the rays of some rows. Answers how many of them no answer can be given for.
+    pub(super) fn take(&mut self, batch: &RayBatch, rows: Range<usize>) -> usize {
         self.rays.clear();
-        self.rays.extend((first..first + count).map(|row| batch.ray(row)));
+        self.rays.extend(rows.map(|row| batch.ray(row)));
         self.rays.iter().filter(|ray| !ray.is_valid()).count()
     }
 

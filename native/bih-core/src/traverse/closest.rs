@@ -110,9 +110,14 @@ pub(super) fn distance_within(ray: &Ray, test: &RayTest, corners: &Corners) -> O
         return None;
     }
     let distance = Distance::new(test, corners);
-    let is_within = distance.compare_with(ray.t_min, test, corners) != Ordering::Less
-        && distance.compare_with(ray.t_max, test, corners) != Ordering::Greater;
-    is_within.then_some(distance)
+    is_between(&distance, ray, test, corners).then_some(distance)
+}
+
+/// Whether the distance of a triangle lies between the ends of the ray.
+#[inline(always)]
+pub(super) fn is_between(distance: &Distance, ray: &Ray, test: &RayTest, corners: &Corners) -> bool {
+    distance.compare_with(ray.t_min, test, corners) != Ordering::Less
+        && distance.compare_with(ray.t_max, test, corners) != Ordering::Greater
 }
 
 /// The nearest hit of a valid ray; of equal distances, watertight compared exactly, the lower row.

@@ -36,7 +36,7 @@ impl SingleRay {
     /// A ray meets no triangle before it enters the box, so what rounding put before is moved there: a box beyond the
     /// nearest hit then holds no nearer one, and the answer does not depend on the order of boxes.
     #[inline(always)]
-    fn meet_eight<L: Lanes>(&self, scene: &Scene, leaf: Leaf, near: f32) -> (u8, L, Meeting<L>) {
+    pub(super) fn meet_eight<L: Lanes>(&self, scene: &Scene, leaf: Leaf, near: f32) -> (u8, L, Meeting<L>) {
         let vertices = scene.vertices(leaf);
         let meeting = Meeting::<L>::new(&splat(&self.origin), &splat(&self.direction), &vertices);
         // Dividing all costs less than a branch on whether any is inside.

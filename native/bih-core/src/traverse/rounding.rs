@@ -14,6 +14,18 @@ pub(super) fn round_hits(set: InstructionSet, triangles: &Triangles, rays: &[Ray
     dispatch_to(set, Rounding { triangles, rays, hits });
 }
 
+/// The same for all hits of one ray.
+pub(super) fn round_all(set: InstructionSet, triangles: &Triangles, ray: &Ray, hits: &mut [Hit]) {
+    let rays = [*ray; TOGETHER];
+    for hits in hits.chunks_mut(TOGETHER) {
+        let mut some: [Option<Hit>; TOGETHER] = std::array::from_fn(|place| hits.get(place).copied());
+        round_hits(set, triangles, &rays, &mut some);
+        for (hit, rounded) in hits.iter_mut().zip(some.into_iter().flatten()) {
+            *hit = rounded;
+        }
+    }
+}
+
 struct Rounding<'a> {
     triangles: &'a Triangles<'a>,
     rays: &'a [Ray],

@@ -23,7 +23,7 @@ impl Nearest {
     }
 }
 
-fn meet(ray: &SingleRay, row: u32, triangles: &Triangles) -> Option<SingleHit> {
+pub(super) fn meet(ray: &SingleRay, row: u32, triangles: &Triangles) -> Option<SingleHit> {
     ray.meet(&triangles.corners(row).map(|corner| corner.map(|x| x as f32)))
 }
 

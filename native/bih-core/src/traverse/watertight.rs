@@ -12,12 +12,12 @@ use crate::simd::Lanes;
 
 /// What a ray does not meet before `limit`, none where single precision cannot tell.
 #[inline(always)]
-fn filter(ray: &Ray, scene: &Scene) -> Option<Filter> {
+pub(super) fn filter(ray: &Ray, scene: &Scene) -> Option<Filter> {
     if scene.triangles.is_double() { None } else { Filter::new(ray, &scene.tree.bounds) }
 }
 
 #[inline(always)]
-fn candidates<L: Lanes>(filter: &Option<Filter>, scene: &Scene, leaf: Leaf, limit: f32) -> u8 {
+pub(super) fn candidates<L: Lanes>(filter: &Option<Filter>, scene: &Scene, leaf: Leaf, limit: f32) -> u8 {
     match filter {
         Some(filter) => filter.candidates::<L>(scene, leaf, limit),
         None => leaf.lanes(),
@@ -26,7 +26,7 @@ fn candidates<L: Lanes>(filter: &Option<Filter>, scene: &Scene, leaf: Leaf, limi
 
 /// One number more than the limit: t and the limit are rounded to single precision.
 #[inline(always)]
-fn single(limit: f64) -> f32 {
+pub(super) fn single(limit: f64) -> f32 {
     round_up(limit + f64::from(TINY))
 }
 

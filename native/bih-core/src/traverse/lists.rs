@@ -1,0 +1,90 @@
+//! All hits and the number of crossings of many rays, on all threads of the pool that the caller runs in.
+
+use rayon::prelude::*;
+
+use super::FEW;
+use super::batch::{Float, RayBatch, Worker};
+use super::trace::Tracer;
+use crate::control::{Cancelled, Control};
+use crate::geometry::Triangles;
+use crate::tree::Tree;
+
+/// The hits of many rays, one ray after another.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HitLists<F> {
+    /// Where those of each ray start, and where the last ones end.
+    pub offsets: Vec<i64>,
+    /// Distances.
+    pub t: Vec<F>,
+    /// Rows of the triangles.
+    pub triangle: Vec<i32>,
+    /// Weights of their second vertices.
+    pub u: Vec<F>,
+    /// Weights of their third vertices.
+    pub v: Vec<F>,
+}
+
+impl<F: Float> HitLists<F> {
+    fn with_room(rays: usize, hits: usize) -> Self {
+        let mut offsets = Vec::with_capacity(rays + 1);
+        offsets.push(0);
+        let numbers = || Vec::with_capacity(hits);
+        Self { offsets, t: numbers(), triangle: Vec::with_capacity(hits), u: numbers(), v: numbers() }
+    }
+
+    /// The hits of some rays, of which each ends at one of `ends`.
+    fn new(hits: &[super::Hit], ends: &[usize]) -> Self {
+        let mut lists = Self::with_room(ends.len(), hits.len());
+        lists.offsets.extend(ends.iter().map(|&end| end as i64));
+        lists.t.extend(hits.iter().map(|hit| F::narrowed(hit.t)));
+        lists.triangle.extend(hits.iter().map(|hit| hit.triangle as i32));
+        lists.u.extend(hits.iter().map(|hit| F::narrowed(hit.u)));
+        lists.v.extend(hits.iter().map(|hit| F::narrowed(hit.v)));
+        lists
+    }
+
+    fn append(&mut self, other: Self) {
+        let start = self.t.len() as i64;
+        self.offsets.extend(other.offsets[1..].iter().map(|end| start + end));
+        self.t.extend(other.t);
+        self.triangle.extend(other.triangle);
+        self.u.extend(other.u);
+        self.v.extend(other.v);
+    }
+}
+
+impl RayBatch<'_> {
+    /// All hits of each ray, nearest first and of equal distances the lower row first, of each the nearest `most`, one at
+    /// least; none for an invalid ray.
+    pub fn all<F: Float>(
+        &self,
+        tree: &Tree,
+        triangles: &Triangles,
+        most: usize,
+        control: &Control,
+    ) -> Result<HitLists<F>, Cancelled> {
+        let count = self.len();
+        control.start(count);
+        let parts: Vec<HitLists<F>> = (0..count.div_ceil(FEW))
+            .into_par_iter()
+            .map_init(Worker::default, |worker, chunk| {
+                let rows = chunk * FEW..count.min((chunk + 1) * FEW);
+                control.advance(rows.len())?;
+                worker.take(self, rows);
+                let (mut hits, mut ends) = (Vec::new(), Vec::with_capacity(FEW));
+                Tracer::new(tree, triangles).all(&worker.rays, most.max(1), &mut worker.stack, &mut hits, &mut ends);
+                Ok(HitLists::new(&hits, &ends))
+            })
+            .collect::<Result<_, _>>()?;
+        let mut lists = HitLists::with_room(count, parts.iter().map(|part| part.t.len()).sum());
+        parts.into_iter().for_each(|part| lists.append(part));
+        Ok(lists)
+    }
+
+    /// How many triangles each ray crosses between its ends; none for an invalid ray.
+    pub fn count(&self, tree: &Tree, triangles: &Triangles, control: &Control) -> Result<Vec<i32>, Cancelled> {
+        self.each(FEW, control, |worker, counts| {
+            Tracer::new(tree, triangles).count(&worker.rays, &mut worker.stack, counts);
+        })
+    }
+}
