@@ -1,6 +1,7 @@
 //! Some rays through a tree, in one of several ways that give the same answers.
 //!
-//! This is where kernels begin: everything below is compiled once for each instruction set, and only here.
+//! This is where kernels begin, but for those of `all`, `count` and `contains`: everything below is compiled once for each
+//! instruction set.
 
 use super::flight::{Rays, closest_in_flight, occluded_in_flight};
 use super::packet::{self, PACKET};

@@ -31,6 +31,7 @@ __all__ = [
     "Cancelled",
     "FileFormatError",
     "GeometryError",
+    "HitLists",
     "Hits",
     "Stats",
     "Tree",
@@ -82,6 +83,41 @@ class Hits:
         """(N,) whether anything was hit."""
 
     def __len__(self) -> int: ...
+
+@final
+class HitLists:
+    """All triangles hit by each of N rays (both at a shared edge), as NumPy arrays that own their memory: M hits in
+    all, those of ray i in the rows offsets[i]:offsets[i+1], nearest first and of equal distances the lower row
+    first."""
+
+    @property
+    def offsets(self) -> NDArray[np.int64]:
+        """(N+1,) where the hits of each ray start, and where the last ones end: the first is 0, the last is M. A ray
+        that hits nothing, and an invalid one, has none."""
+
+    @property
+    def t(self) -> NDArray[np.floating]:
+        """(M,) distance along the ray, in units of the direction's length; dtype and error as of `Hits.t`. Their order
+        is that of the true values, whatever they are rounded to; where precision is "fast", that of these numbers."""
+
+    @property
+    def triangle(self) -> NDArray[np.int32]:
+        """(M,) the caller's row; none twice for one ray."""
+
+    @property
+    def u(self) -> NDArray[np.floating]:
+        """(M,) barycentric weight of the triangle's second vertex, as of `Hits.u`."""
+
+    @property
+    def v(self) -> NDArray[np.floating]:
+        """(M,) and of its third."""
+
+    @property
+    def instance(self) -> NDArray[np.int32]:
+        """(M,) 0 in a Tree."""
+
+    def __len__(self) -> int:
+        """N, the rays."""
 
 @final
 class Stats:
@@ -221,6 +257,50 @@ class Tree:
         self, origins: ArrayLike, directions: ArrayLike, *, t_min: ArrayLike = 0.0, t_max: ArrayLike = np.inf
     ) -> NDArray[np.bool_]:
         """(N,) whether each ray hits anything; arguments and errors as of `intersect`."""
+
+    def intersect_all(
+        self,
+        origins: ArrayLike,
+        directions: ArrayLike,
+        *,
+        t_min: ArrayLike = 0.0,
+        t_max: ArrayLike = np.inf,
+        max_hits: int | None = None,
+    ) -> HitLists:
+        """All triangles that each ray hits, nearest first.
+
+        origins and directions (N, 3) real numbers, t_min and t_max numbers or (N,); max_hits: of each ray the nearest
+        so many, 1 at least; None: all. The first hit of a ray is the one that `intersect` gives (of precision "fast" in
+        the layout "classic" it may be another).
+
+        Raises GeometryError (shape, dtype), ValueError (max_hits below 1).
+        """
+
+    def count(
+        self, origins: ArrayLike, directions: ArrayLike, *, t_min: ArrayLike = 0.0, t_max: ArrayLike = np.inf
+    ) -> NDArray[np.int32]:
+        """(N,) how often each ray crosses the surface with t_min <= t <= t_max: 0 for a miss and for an invalid ray.
+
+        Through an edge or a vertex a surface is crossed once, however many triangles meet there, and one that is only
+        touched is crossed twice or not at all: the ray is thought of as moved by (ε, ε², ε³), for an ε smaller than any
+        number (Edelsbrunner and Mücke 1990, "Simulation of Simplicity", section 1; docs/accuracy.md, section 7). So
+        along any ray that starts outside and ends outside a closed mesh the number is even. It is never more than the
+        hits of `intersect_all`, and less where the ray meets a boundary. Each of coincident triangles counts; those in
+        the ray's plane do not. Decided exactly in every precision, also "fast".
+
+        Arguments and errors as of `intersect`.
+        """
+
+    def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
+        """(N,) whether each of points (N, 3) is inside a closed mesh or on it: on a triangle, an edge or a vertex.
+
+        Inside is where an odd number of crossings lies above (towards +z), counted as by `count`; for a closed mesh,
+        one in which an even number of triangles meets at every edge, it is the same number modulo 2 in every direction.
+        For an open mesh the answer is what is above the point. Where closed parts overlap, inside of two is outside. A
+        point with NaN or an infinity is not inside. Decided exactly in every precision, also "fast".
+
+        Raises GeometryError (shape, dtype).
+        """
 
     def traversal_cost(self, origins: ArrayLike, directions: ArrayLike) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
         """(N,) nodes visited and (N,) triangles tested by `intersect` for each ray; 0 for an invalid one."""
