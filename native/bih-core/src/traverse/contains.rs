@@ -2,11 +2,12 @@
 
 use rayon::prelude::*;
 
+use super::Stack;
 use super::batch::{Vectors, Worker};
 use super::count::Tally;
 use super::every::{Visitor, every};
+use super::lists::{TOGETHER, few};
 use super::trace::Tracer;
-use super::{FEW, Stack};
 use crate::control::{Cancelled, Control};
 use crate::geometry::{Corners, Triangles, Vector};
 use crate::intersect::{PointTest, Sight};
@@ -23,11 +24,12 @@ pub fn contains(
 ) -> Result<Vec<bool>, Cancelled> {
     let mut answers = vec![false; points.len()];
     control.start(answers.len());
-    answers.par_chunks_mut(FEW).enumerate().try_for_each_init(Worker::default, |worker, (chunk, answers)| {
+    let size = few(tree);
+    answers.par_chunks_mut(size).enumerate().try_for_each_init(Worker::default, |worker, (chunk, answers)| {
         control.advance(answers.len())?;
-        let mut some = [[f64::NAN; 3]; FEW];
+        let mut some = [[f64::NAN; 3]; TOGETHER];
         for (place, point) in some.iter_mut().enumerate().take(answers.len()) {
-            *point = points.get(chunk * FEW + place);
+            *point = points.get(chunk * size + place);
         }
         Tracer::new(tree, triangles).contains(&some[..answers.len()], &mut worker.stack, answers);
         Ok(())

@@ -2,7 +2,6 @@
 
 use rayon::prelude::*;
 
-use super::FEW;
 use super::batch::{Float, RayBatch, Worker};
 use super::trace::Tracer;
 use crate::control::{Cancelled, Control};
@@ -22,6 +21,15 @@ pub struct HitLists<F> {
     pub u: Vec<F>,
     /// Weights of their third vertices.
     pub v: Vec<F>,
+}
+
+/// Rays or points that a thread takes at a time.
+pub(super) const TOGETHER: usize = 64;
+
+/// Fewer of them where each may meet every triangle of a large mesh: who asks to stop is heard before the next ones.
+pub(super) fn few(tree: &Tree) -> usize {
+    const TESTS: usize = 1 << 22;
+    (TESTS / tree.stats.triangles.max(1)).clamp(1, TOGETHER)
 }
 
 impl<F: Float> HitLists<F> {
@@ -65,14 +73,16 @@ impl RayBatch<'_> {
     ) -> Result<HitLists<F>, Cancelled> {
         let count = self.len();
         control.start(count);
-        let parts: Vec<HitLists<F>> = (0..count.div_ceil(FEW))
+        let tracer = Tracer::new(tree, triangles);
+        let parts: Vec<HitLists<F>> = (0..count.div_ceil(TOGETHER))
             .into_par_iter()
             .map_init(Worker::default, |worker, chunk| {
-                let rows = chunk * FEW..count.min((chunk + 1) * FEW);
-                control.advance(rows.len())?;
-                worker.take(self, rows);
-                let (mut hits, mut ends) = (Vec::new(), Vec::with_capacity(FEW));
-                Tracer::new(tree, triangles).all(&worker.rays, most.max(1), &mut worker.stack, &mut hits, &mut ends);
+                worker.take(self, chunk * TOGETHER..count.min((chunk + 1) * TOGETHER));
+                let (mut hits, mut ends) = (Vec::new(), Vec::with_capacity(worker.rays.len()));
+                for rays in worker.rays.chunks(few(tree)) {
+                    control.advance(rays.len())?;
+                    tracer.all(rays, most.max(1), &mut worker.stack, &mut hits, &mut ends);
+                }
                 Ok(HitLists::new(&hits, &ends))
             })
             .collect::<Result<_, _>>()?;
@@ -83,7 +93,7 @@ impl RayBatch<'_> {
 
     /// How many triangles each ray crosses between its ends; none for an invalid ray.
     pub fn count(&self, tree: &Tree, triangles: &Triangles, control: &Control) -> Result<Vec<i32>, Cancelled> {
-        self.each(FEW, control, |worker, counts| {
+        self.each(few(tree), control, |worker, counts| {
             Tracer::new(tree, triangles).count(&worker.rays, &mut worker.stack, counts);
         })
     }

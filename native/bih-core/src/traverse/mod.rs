@@ -36,6 +36,3 @@ pub use naive::{naive_all, naive_closest, naive_contains, naive_count, naive_occ
 pub use packet::PACKET;
 pub use stack::Stack;
 pub use trace::{Tracer, Way};
-
-/// Rays or points that a thread takes at a time where each of them may meet every triangle.
-const FEW: usize = 64;
