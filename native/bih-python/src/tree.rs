@@ -101,8 +101,7 @@ impl Tree {
         t_max: Limit<'_>,
     ) -> PyResult<Hits> {
         let _standard = FloatEnvironment::standard();
-        let is_exact = self.core.precision() == Precision::Exact;
-        if is_exact || self.mesh.with_triangles(py, |triangles| triangles.is_double())? {
+        if self.is_double(py)? {
             self.closest::<f64>(py, origins, directions, &t_min, &t_max)
         } else {
             self.closest::<f32>(py, origins, directions, &t_min, &t_max)
@@ -141,7 +140,7 @@ impl Tree {
     ) -> PyResult<HitLists> {
         let most = max_hits.map(|most| count("max_hits", most, 1)).transpose()?.unwrap_or(usize::MAX);
         let _standard = FloatEnvironment::standard();
-        if self.mesh.with_triangles(py, |triangles| triangles.is_double())? {
+        if self.is_double(py)? {
             self.all::<f64>(py, origins, directions, &t_min, &t_max, most)
         } else {
             self.all::<f32>(py, origins, directions, &t_min, &t_max, most)
@@ -297,6 +296,12 @@ impl Tree {
                 Ok(rays.closest::<F>(core, triangles, control)?)
             })?;
         Ok(Hits::new(py, hits))
+    }
+
+    /// Whether distances and weights are doubles.
+    fn is_double(&self, py: Python<'_>) -> PyResult<bool> {
+        Ok(self.core.precision() == Precision::Exact
+            || self.mesh.with_triangles(py, |triangles| triangles.is_double())?)
     }
 
     /// All hits of each ray, in numbers of one precision.

@@ -48,8 +48,7 @@ pub fn naive_all(tree: &Tree, triangles: &Triangles, ray: &Ray) -> Vec<Hit> {
     met.sort_by(|(row, corners, distance), (other, others, another)| {
         distance.compare(corners, another, others, &test).then(row.cmp(other))
     });
-    let mut hits: Vec<_> =
-        met.iter().map(|(row, corners, distance)| hit_at(&test, *row, corners, distance)).collect();
+    let mut hits: Vec<_> = met.iter().map(|(row, corners, distance)| hit_at(&test, *row, corners, distance)).collect();
     if tree.precision == Precision::Exact {
         round_all(InstructionSet::Scalar, triangles, ray, &mut hits);
     }
