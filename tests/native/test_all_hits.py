@@ -279,7 +279,7 @@ from tests import meshes
 
 mesh = meshes.sheets(1)
 tree = bihtree.Tree(mesh.vertices, mesh.triangles.repeat(1_000_000, axis=0), threads=2)
-ray = [[[0.25, 0.25, 1.0]] * 5000, [[0.0, 0.0, -1.0]] * 5000]
+ray = [[[0.25, 0.25, -1.0]] * 5000, [[0.0, 0.0, 1.0]] * 5000]
 threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT)).start()
 try:
     tree.{call}
@@ -289,7 +289,7 @@ except KeyboardInterrupt:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of another kind")
-@pytest.mark.parametrize("call", ["intersect_all(*ray, max_hits=2)", "count(*ray)", "contains([[0.25, 0.25, -1.0]] * 10000)"])
+@pytest.mark.parametrize("call", ["intersect_all(*ray, max_hits=2)", "count(*ray)", "contains(ray[0])"])
 def test_control_c(call):
     done = subprocess.run(
         [sys.executable, "-c", INTERRUPTED.format(call=call)], cwd=ROOT, capture_output=True, text=True, timeout=300

@@ -283,7 +283,7 @@ class Tree:
 
         Through an edge or a vertex a surface is crossed once, however many triangles meet there, and one that is only
         touched is crossed twice or not at all: the ray is thought of as moved by (ε, ε², ε³), for an ε smaller than any
-        number (Edelsbrunner and Mücke 1990, "Simulation of Simplicity", section 1; docs/accuracy.md, section 7). So
+        number (Edelsbrunner and Mücke 1990, "Simulation of Simplicity", section 1; docs/accuracy.md, section 8). So
         along any ray that starts outside and ends outside a closed mesh the number is even. It is never more than the
         hits of `intersect_all`, and less where the ray meets a boundary. Each of coincident triangles counts; those in
         the ray's plane do not. Decided exactly in every precision, also "fast".
