@@ -99,6 +99,7 @@ impl Walker for FastClosest {
             if t[lane] <= self.ray.t_max && self.precedes(t[lane], leaf.first + lane, scene) {
                 self.ray.t_max = t[lane];
                 self.best = leaf.first + lane;
+                scene.prefetch_row(self.best);
                 self.weights = [u[lane], v[lane], size[lane]];
             }
         }

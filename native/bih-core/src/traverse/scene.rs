@@ -119,6 +119,12 @@ impl<'a> Scene<'a> {
         prefetch_at::<4>(start.wrapping_add(stride * Child::index(word)));
     }
 
+    /// The same of the row of a reference.
+    #[inline(always)]
+    pub(super) fn prefetch_row(&self, reference: usize) {
+        prefetch_at::<1>(self.tree.order.start().wrapping_add(reference).cast());
+    }
+
     /// The root of a piece; none while another thread builds it. Built here if nobody does.
     #[inline(always)]
     pub(super) fn enter(&self, word: u32) -> Option<u32> {
