@@ -79,7 +79,8 @@ def test_same_bits(variant, mode, dtype):
         rays = hard_rays(mesh, dtype)
         tree = variant.tree(*mesh)
         hits, occluded, cost = tree.intersect(*rays), tree.occluded(*rays), tree.traversal_cost(*rays)
-        assert hits.hit.sum() > 40
+        # Products of numbers so small are zero in precision fast.
+        assert hits.hit.sum() > 40 or (variant.precision == "fast" and mesh.vertices.max() < 1e-30)
         with floating_point(mode):
             again = variant.tree(*mesh)
             hits_again, occluded_again, cost_again = (

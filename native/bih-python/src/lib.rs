@@ -8,6 +8,7 @@ mod errors;
 mod hits;
 mod mesh;
 mod options;
+mod query;
 mod render;
 mod stats;
 mod supervise;

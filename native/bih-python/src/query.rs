@@ -1,0 +1,128 @@
+//! From a question of Python to the core: rays checked, work supervised.
+
+use bih_core::build::Precision;
+use bih_core::geometry::Triangles;
+use bih_core::simd::FloatEnvironment;
+use bih_core::traverse::{Float, Limits, RayBatch};
+use bih_core::{Control, Error, Tree as CoreTree};
+use numpy::{Element, PyArrayMethods};
+use pyo3::prelude::*;
+
+use crate::arrays::{Limit, LimitArray, limits, vectors};
+use crate::errors::GeometryError;
+use crate::hits::{HitLists, Hits};
+use crate::supervise::{run, supervise};
+use crate::tree::Tree;
+
+/// Batches of fewer rays are over before anyone could cancel them.
+pub const SUPERVISED: usize = 1 << 14;
+
+/// Batches of fewer tests are, where each ray may meet every triangle.
+const SUPERVISED_TESTS: usize = 1 << 24;
+
+impl Tree {
+    /// The nearest hit of each ray, in numbers of one precision.
+    pub fn closest<F: Float + Element>(
+        &self,
+        py: Python<'_>,
+        origins: &Bound<'_, PyAny>,
+        directions: &Bound<'_, PyAny>,
+        t_min: &Limit<'_>,
+        t_max: &Limit<'_>,
+    ) -> PyResult<Hits> {
+        let hits =
+            self.query(py, origins, directions, t_min, t_max, SUPERVISED, |core, triangles, rays, control| {
+                Ok(rays.closest::<F>(core, triangles, control)?)
+            })?;
+        Ok(Hits::new(py, hits))
+    }
+
+    /// Whether distances and weights are doubles.
+    pub fn is_double(&self, py: Python<'_>) -> PyResult<bool> {
+        Ok(self.core.precision() == Precision::Exact
+            || self.mesh.with_triangles(py, |triangles| triangles.is_double())?)
+    }
+
+    /// All hits of each ray, in numbers of one precision.
+    pub fn all<F: Float + Element>(
+        &self,
+        py: Python<'_>,
+        origins: &Bound<'_, PyAny>,
+        directions: &Bound<'_, PyAny>,
+        t_min: &Limit<'_>,
+        t_max: &Limit<'_>,
+        most: usize,
+    ) -> PyResult<HitLists> {
+        let lists =
+            self.query(py, origins, directions, t_min, t_max, self.few(), |core, triangles, rays, control| {
+                Ok(rays.all::<F>(core, triangles, most, control)?)
+            })?;
+        Ok(HitLists::new(py, lists))
+    }
+
+    /// Check the rays and hand them to `work` with the triangles, supervised unless there are `few`.
+    #[expect(clippy::too_many_arguments, reason = "four of them are the rays")]
+    pub fn query<'py, T: Send>(
+        &self,
+        py: Python<'py>,
+        origins: &Bound<'py, PyAny>,
+        directions: &Bound<'py, PyAny>,
+        t_min: &Limit<'py>,
+        t_max: &Limit<'py>,
+        few: usize,
+        work: impl FnOnce(&CoreTree, &Triangles, &RayBatch, &Control) -> Result<T, Error> + Send,
+    ) -> PyResult<T> {
+        let _standard = FloatEnvironment::standard();
+        let origins = vectors("origins", origins)?;
+        let directions = vectors("directions", directions)?;
+        let rays = origins.rows();
+        if directions.rows() != rays {
+            let others = directions.rows();
+            return Err(GeometryError::new_err(format!("directions: {others} rows, but origins has {rays}")));
+        }
+        let (t_min, t_max) = (limits("t_min", t_min, rays)?, limits("t_max", t_max, rays)?);
+        let readonly = |limit: &LimitArray<'py>| match limit {
+            LimitArray::All(_) => Ok(None),
+            LimitArray::Each(array) => array.try_readonly().map(Some),
+        };
+        let (t_min_array, t_max_array) = (readonly(&t_min)?, readonly(&t_max)?);
+        let batch = RayBatch {
+            origins: origins.view()?,
+            directions: directions.view()?,
+            t_min: match (&t_min, &t_min_array) {
+                (LimitArray::All(limit), _) => Limits::All(*limit),
+                (_, array) => Limits::Each(array.as_ref().map_or(Ok(&[][..]), |array| array.as_slice())?),
+            },
+            t_max: match (&t_max, &t_max_array) {
+                (LimitArray::All(limit), _) => Limits::All(*limit),
+                (_, array) => Limits::Each(array.as_ref().map_or(Ok(&[][..]), |array| array.as_slice())?),
+            },
+        };
+        self.work(py, rays, few, |triangles, control| work(&self.core, triangles, &batch, control))
+    }
+
+    /// Fewer rays than this are not supervised where each may meet every triangle.
+    pub fn few(&self) -> usize {
+        SUPERVISED.min(SUPERVISED_TESTS / self.core.stats().triangles.max(1))
+    }
+
+    /// Answer this many questions about the triangles, supervised unless there are `few`.
+    pub fn work<T: Send>(
+        &self,
+        py: Python<'_>,
+        questions: usize,
+        few: usize,
+        work: impl FnOnce(&Triangles, &Control) -> Result<T, Error> + Send,
+    ) -> PyResult<T> {
+        let pool = self.pool.as_ref();
+        self.mesh.with_triangles(py, |triangles| {
+            let work = |control: &Control| work(&triangles, control);
+            if questions < few { run(py, pool, work) } else { supervise(py, pool, None, work) }
+        })?
+    }
+
+    /// Call `read` with a view of the triangles.
+    pub fn with_triangles<R>(&self, py: Python<'_>, read: impl FnOnce(Triangles<'_>) -> R) -> PyResult<R> {
+        self.mesh.with_triangles(py, read)
+    }
+}
