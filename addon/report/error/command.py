@@ -33,7 +33,6 @@ def run(
     Raises UserError; then no file is written."""
     options = chosen(arguments)
     folder: Path = arguments.output
-    report.check_folder(folder)
     if arguments.built_in:
         if arguments.triangles < LEAST_TRIANGLES:
             least = f"it must be at least {LEAST_TRIANGLES}"
@@ -42,6 +41,8 @@ def run(
     else:
         subject = read(arguments)
     subject = subject.moved(arguments.offset)
+    # Behind all that may be wrong with the rest, so that then no folder is made.
+    report.check_folder(folder)
     results = report.measured(subject, options, [*methods(options.threads), *others], told)
     written = report.write(results, folder)
     lines = [*report.summary(results), *(f"note: {note}" for note in results.notes), str(written[-1])]

@@ -11,17 +11,7 @@ impl RayTest {
     /// triangle where it is, too.
     #[inline(always)]
     pub fn crosses(&self, corners: &Corners) -> bool {
-        let edges = self.edges(corners);
-        let error = self.edge_error;
-        let least = edges[0].min(edges[1]).min(edges[2]);
-        let most = edges[0].max(edges[1]).max(edges[2]);
-        if least < -error && most > error {
-            return false;
-        }
-        if edges.iter().all(|&edge| edge > error) || edges.iter().all(|&edge| edge < -error) {
-            return true;
-        }
-        self.crosses_exactly(corners)
+        self.is_clearly_inside(corners).unwrap_or_else(|| self.crosses_exactly(corners))
     }
 
     #[cold]

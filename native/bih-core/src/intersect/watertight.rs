@@ -21,7 +21,7 @@ pub struct RayTest {
     pub(super) origin: Vector,
     pub(super) direction: Vector,
     /// No edge value of a triangle within the bounds is further than this from its true value.
-    pub(super) edge_error: f64,
+    edge_error: f64,
 }
 
 impl RayTest {
@@ -47,7 +47,7 @@ impl RayTest {
 
     /// The edge values, each within `edge_error` of the truth. Their sum is the denominator of `t`.
     #[inline(always)]
-    pub(super) fn edges(&self, corners: &Corners) -> [f64; 3] {
+    fn edges(&self, corners: &Corners) -> [f64; 3] {
         let a = subtract(&corners[0], &self.origin);
         let b = subtract(&corners[1], &self.origin);
         let c = subtract(&corners[2], &self.origin);
@@ -55,20 +55,24 @@ impl RayTest {
         [dot(d, &cross(&b, &c)), dot(d, &cross(&c, &a)), dot(d, &cross(&a, &b))]
     }
 
-    /// Whether the line of the ray meets the closed triangle; exact.
+    /// Whether the line of the ray meets the triangle, where the edge values are far enough from zero to tell.
     #[inline(always)]
-    pub fn is_inside(&self, corners: &Corners) -> bool {
+    pub(super) fn is_clearly_inside(&self, corners: &Corners) -> Option<bool> {
         let edges = self.edges(corners);
         let error = self.edge_error;
         let least = edges[0].min(edges[1]).min(edges[2]);
         let most = edges[0].max(edges[1]).max(edges[2]);
         if least < -error && most > error {
-            return false;
+            return Some(false);
         }
-        if edges.iter().all(|&edge| edge > error) || edges.iter().all(|&edge| edge < -error) {
-            return true;
-        }
-        self.is_inside_exactly(corners)
+        let is_one_side = edges.iter().all(|&edge| edge > error) || edges.iter().all(|&edge| edge < -error);
+        is_one_side.then_some(true)
+    }
+
+    /// Whether the line of the ray meets the closed triangle; exact.
+    #[inline(always)]
+    pub fn is_inside(&self, corners: &Corners) -> bool {
+        self.is_clearly_inside(corners).unwrap_or_else(|| self.is_inside_exactly(corners))
     }
 
     /// By error bounds of the triangle's own distances, which are smaller than the scene's, and then exactly.

@@ -38,7 +38,8 @@ enum Storage {
 /// As far as an allocator aligns by itself: then it has zeroed memory at hand, and need not write it.
 type Line = u128;
 
-// SAFETY: the items belong to the array, like those of a box.
+// SAFETY: the items belong to the array, like those of a box, or to a file that is only read; `Bytes`, behind an `Arc`, may
+// be held and dropped by any thread.
 unsafe impl<T: Send> Send for Shared<T> {}
 
 // SAFETY: a place is read by many threads, which T: Sync allows, or written by one, which T: Send allows, never both at
