@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import json
-import os
-import platform
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -17,18 +14,12 @@ import bihtree
 import numpy as np
 from numpy.typing import NDArray
 
-from . import image, needs, overlay_picture
-from .camera import CameraView
+from . import image, overlay_picture, prepared
 from .errors import UserError
 from .files import check_target, written_beside
+from .prepared import Progress, stage
 from .scene import SceneData
 from .settings import Settings
-
-Progress = Callable[[str, float], bool | None]
-"""Gets a stage ("build", "trace", "overlay" or "write") and how much of it is done, 0 to 1; False cancels."""
-
-TREE_OPTIONS = ("structure", "layout", "precision")
-"""The settings that bihtree.Tree takes as they are, by the same names; needs.plan decides the others."""
 
 
 @dataclass(frozen=True)
@@ -91,74 +82,18 @@ def trace(
     Raises UserError for a scene without a camera or triangles, or with a vertex that is not finite, and
     bihtree.Cancelled where `progress` returns False.
     """
-    view = _camera_of(scene)
-    _check_geometry(scene)
     wanted = dict.fromkeys((*settings.passes, *(ANY.passes if outputs is None else outputs.passes)))
-    started = perf_counter()
-    plan = needs.plan(
+    job = prepared.prepare(
         scene,
         settings,
         tuple(wanted),
         tree_shown=outputs is None or outputs.overlay is not None,
+        export_seconds=export_seconds,
+        progress=progress,
     )
-    decide_seconds = perf_counter() - started
     started = perf_counter()
-    vertices, triangles = plan.scene.flatten(**plan.flatten)
-    flatten_seconds = perf_counter() - started
-    chosen: dict[str, Any] = {**{name: getattr(settings, name) for name in TREE_OPTIONS}, **plan.tree}
-    tree = bihtree.Tree(vertices, triangles, **chosen, copy=False, progress=_stage(progress, "build"))
-    started = perf_counter()
-    passes = bihtree.render(
-        tree,
-        bihtree.Camera(view.clip_to_world, view.width, view.height),
-        samples=settings.samples,
-        seed=settings.seed,
-        **plan.render,
-        progress=_stage(progress, "trace"),
-    )
-    trace_seconds = perf_counter() - started
-    if not view.perspective and "depth" in passes:
-        passes["depth"] = passes["depth"] + np.float32(view.near)
-    if "triangle" in passes:
-        passes["triangle"] = plan.rows_of_all(passes["triangle"])
-    rays = view.width * view.height * settings.samples
-    stats = tree.stats
-    report: dict[str, Any] = {
-        "scene": scene.name,
-        "width": view.width,
-        "height": view.height,
-        "samples": settings.samples,
-        "threads": chosen["threads"] or _cores(),
-        "structure": stats.structure,
-        "layout": stats.layout,
-        "build": stats.build,
-        "precision": stats.precision,
-        "meshes": len(scene.meshes),
-        "instances": len(scene.instance_mesh),
-        "vertices": len(vertices),
-        "triangles": stats.triangles,
-        "rejected": stats.rejected,
-        "nodes": stats.nodes,
-        "leaves": stats.leaves,
-        "unbuilt": stats.unbuilt,
-        "depth": stats.depth,
-        "tree_bytes": stats.tree_bytes,
-        "bound_bytes": stats.bound_bytes,
-        "bytes_per_triangle": stats.tree_bytes / stats.triangles,
-        "peak_build_bytes": stats.peak_build_bytes,
-        "export_seconds": export_seconds,
-        "decide_seconds": decide_seconds,
-        "flatten_seconds": flatten_seconds,
-        "build_seconds": stats.build_seconds,
-        "trace_seconds": trace_seconds,
-        "primary_rays": rays,
-        "rays_per_second": rays / trace_seconds,
-        "needs": needs.report(plan.parts, stats.left_out),
-        "skipped": list(scene.skipped),
-        "cpu_features": bihtree.cpu_features(),
-        "versions": {"bihtree": bihtree.__version__, "numpy": np.__version__, "python": platform.python_version()},
-    }
-    return Preview(passes, tree, report)
+    passes = job.picture(progress=stage(progress, "trace"))
+    return Preview(passes, job.tree, job.report(perf_counter() - started))
 
 
 def write(
@@ -203,30 +138,13 @@ def summary(report: Mapping[str, Any]) -> list[str]:
     return lines
 
 
-def _camera_of(scene: SceneData) -> CameraView:
-    if scene.camera is None:
-        raise UserError(f"scene {scene.name!r} has no camera: add one and make it the scene's active camera")
-    return scene.camera
-
-
-def _check_geometry(scene: SceneData) -> None:
-    if not scene.triangle_count:
-        why = f" ({'; '.join(scene.skipped)})" if scene.skipped else ""
-        what = "no mesh" if not len(scene.instance_mesh) else "no triangles"
-        raise UserError(
-            f"scene {scene.name!r} has {what} to trace{why}: add an object with faces, or show a hidden one in renders"
-        )
-    for row in np.unique(scene.instance_mesh):
-        scene.meshes[row].check_finite()
-
-
 def _overlay(preview: Preview, scene: SceneData, settings: Settings) -> NDArray[np.uint8]:
     depth, stats = settings.overlay_depth, preview.tree.stats
     return overlay_picture.draw_overlay(
         preview.passes["combined"],
         preview.passes["depth"],
         preview.tree.nodes(max_depth=depth),
-        _camera_of(scene),
+        prepared.camera_of(scene),
         depth,
         caption={"scene": scene.name, "whole tree": f"{stats.nodes:,} nodes, {stats.depth} deep"},
     )
@@ -237,15 +155,6 @@ def _json(report: Mapping[str, Any]) -> str:
     return json.dumps({**report, "versions": versions}, indent=2, allow_nan=False) + "\n"
 
 
-def _stage(progress: Progress | None, stage: str) -> Callable[[float], bool | None] | None:
-    return None if progress is None else partial(progress, stage)
-
-
 def _tell(progress: Progress | None, stage: str, fraction: float) -> None:
     if progress is not None and progress(stage, fraction) is False:
         raise bihtree.Cancelled("cancelled")
-
-
-def _cores() -> int:
-    affinity = getattr(os, "sched_getaffinity", None)
-    return len(affinity(0)) if affinity else os.cpu_count() or 1

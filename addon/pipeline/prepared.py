@@ -1,0 +1,175 @@
+"""A scene ready to be traced: what it needs is decided and its tree is built, once for any number of pictures."""
+
+from __future__ import annotations
+
+import os
+import platform
+from collections.abc import Callable, Collection
+from dataclasses import dataclass
+from functools import partial
+from time import perf_counter
+from typing import Any
+
+import bihtree
+import numpy as np
+from numpy.typing import NDArray
+
+from . import needs
+from .camera import CameraView
+from .errors import UserError
+from .scene import SceneData
+from .settings import Settings
+from .tree_cache import TreeCache
+
+Progress = Callable[[str, float], bool | None]
+"""Gets a stage ("build", "trace", "overlay" or "write") and how much of it is done, 0 to 1; False cancels."""
+
+TREE_OPTIONS = ("structure", "layout", "precision")
+"""The settings that bihtree.Tree takes as they are, by the same names; needs.plan decides the others."""
+
+Tile = tuple[int, int, int, int]
+"""x, y, width and height in pixels from the lower left."""
+
+
+@dataclass(frozen=True)
+class Prepared:
+    scene: SceneData
+    settings: Settings
+    plan: needs.Plan
+    tree: bihtree.Tree
+    threads: int
+    seconds: dict[str, float]
+    """What it took to get here, by the names that the report has."""
+
+    def picture(
+        self,
+        view: CameraView | None = None,
+        *,
+        tile: Tile | None = None,
+        samples: int | None = None,
+        seed: int | None = None,
+        progress: Callable[[float], bool | None] | None = None,
+    ) -> dict[str, NDArray[Any]]:
+        """The passes of the plan, (H, W, C) with the first row at the bottom, or of `tile` alone in its own size.
+        None: the scene's own camera, samples and seed. Another view is right where the plan left no object out.
+
+        Raises bihtree.Cancelled where `progress` returns False.
+        """
+        view = view or camera_of(self.scene)
+        passes = bihtree.render(
+            self.tree,
+            bihtree.Camera(view.clip_to_world, view.width, view.height),
+            samples=self.settings.samples if samples is None else samples,
+            seed=self.settings.seed if seed is None else seed,
+            tile=tile,
+            **self.plan.render,
+            progress=progress,
+        )
+        if not view.perspective and "depth" in passes:
+            passes["depth"] = passes["depth"] + np.float32(view.near)
+        if "triangle" in passes:
+            passes["triangle"] = self.plan.rows_of_all(passes["triangle"])
+        return passes
+
+    def report(self, trace_seconds: float, tile: Tile | None = None) -> dict[str, Any]:
+        """Plain JSON values: times in seconds, sizes in bytes. `tile`: all that was traced."""
+        view, stats = camera_of(self.scene), self.tree.stats
+        width, height = tile[2:] if tile else (view.width, view.height)
+        rays = width * height * self.settings.samples
+        return {
+            "scene": self.scene.name,
+            "width": width,
+            "height": height,
+            "samples": self.settings.samples,
+            "threads": self.threads or _cores(),
+            "structure": stats.structure,
+            "layout": stats.layout,
+            "build": stats.build,
+            "precision": stats.precision,
+            "meshes": len(self.scene.meshes),
+            "instances": len(self.scene.instance_mesh),
+            "vertices": sum(len(self.plan.scene.meshes[m].vertices) for m in self.plan.scene.instance_mesh),
+            "triangles": stats.triangles,
+            "rejected": stats.rejected,
+            "nodes": stats.nodes,
+            "leaves": stats.leaves,
+            "unbuilt": stats.unbuilt,
+            "depth": stats.depth,
+            "tree_bytes": stats.tree_bytes,
+            "bound_bytes": stats.bound_bytes,
+            "bytes_per_triangle": stats.tree_bytes / stats.triangles,
+            "peak_build_bytes": stats.peak_build_bytes,
+            **self.seconds,
+            "build_seconds": stats.build_seconds,
+            "trace_seconds": trace_seconds,
+            "primary_rays": rays,
+            "rays_per_second": rays / trace_seconds,
+            "needs": needs.report(self.plan.parts, stats.left_out),
+            "skipped": list(self.scene.skipped),
+            "cpu_features": bihtree.cpu_features(),
+            "versions": {
+                "bihtree": bihtree.__version__,
+                "numpy": np.__version__,
+                "python": platform.python_version(),
+            },
+        }
+
+
+def prepare(
+    scene: SceneData,
+    settings: Settings,
+    wanted: Collection[str],
+    *,
+    tree_shown: bool,
+    export_seconds: float = 0.0,
+    trees: TreeCache | None = None,
+    progress: Progress | None = None,
+) -> Prepared:
+    """Decide what the scene needs for the passes `wanted`, and build the tree, or take it from `trees`. It borrows the
+    arrays of a scene that is one mesh not moved: they become read-only.
+
+    Raises UserError for a scene without a camera or triangles, or with a vertex that is not finite, and
+    bihtree.Cancelled where `progress` returns False.
+    """
+    camera_of(scene)
+    _check_geometry(scene)
+    started = perf_counter()
+    plan = needs.plan(scene, settings, wanted, tree_shown=tree_shown)
+    decided = perf_counter()
+    options: dict[str, Any] = {**{name: getattr(settings, name) for name in TREE_OPTIONS}, **plan.tree}
+    cache = TreeCache() if trees is None else trees
+    tree, flatten_seconds = cache.tree(plan.scene, plan.flatten, options, stage(progress, "build"))
+    seconds = {
+        "export_seconds": export_seconds,
+        "decide_seconds": decided - started,
+        "flatten_seconds": flatten_seconds,
+    }
+    return Prepared(scene, settings, plan, tree, options["threads"], seconds)
+
+
+def camera_of(scene: SceneData) -> CameraView:
+    """The scene's camera. Raises UserError where it has none."""
+    if scene.camera is None:
+        raise UserError(f"scene {scene.name!r} has no camera: add one and make it the scene's active camera")
+    return scene.camera
+
+
+def stage(progress: Progress | None, name: str) -> Callable[[float], bool | None] | None:
+    """What is told of one stage alone."""
+    return None if progress is None else partial(progress, name)
+
+
+def _check_geometry(scene: SceneData) -> None:
+    if not scene.triangle_count:
+        why = f" ({'; '.join(scene.skipped)})" if scene.skipped else ""
+        what = "no mesh" if not len(scene.instance_mesh) else "no triangles"
+        raise UserError(
+            f"scene {scene.name!r} has {what} to trace{why}: add an object with faces, or show a hidden one in renders"
+        )
+    for row in np.unique(scene.instance_mesh):
+        scene.meshes[row].check_finite()
+
+
+def _cores() -> int:
+    affinity = getattr(os, "sched_getaffinity", None)
+    return len(affinity(0)) if affinity else os.cpu_count() or 1
