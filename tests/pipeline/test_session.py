@@ -1,0 +1,206 @@
+"""The viewport without Blender: what is shown step by step, what is kept, and that nothing stays behind."""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import replace
+
+import bihtree
+import numpy as np
+import pytest
+
+from addon.pipeline import refinement, session
+from addon.pipeline.camera import CameraView, framing_view
+from addon.pipeline.mesh import Mesh
+from addon.pipeline.refinement import Mean, Step, steps, view_of
+from addon.pipeline.scene import SceneData
+from addon.pipeline.session import Session
+from addon.pipeline.settings import Settings
+from tests import meshes
+
+PATIENCE = 60.0
+WIDTH, HEIGHT = 83, 61
+
+
+def view(width: int = WIDTH, height: int = HEIGHT, grow: float = 1.0) -> CameraView:
+    return framing_view(np.array([[-grow] * 3, [grow] * 3]), width, height)
+
+
+def ball(name: str = "Ball", level: int = 3) -> Mesh:
+    return Mesh(name, *meshes.icosphere(level))
+
+
+@pytest.fixture
+def shown():
+    running = Session()
+    yield running
+    running.stop()
+
+
+def alone(scene: SceneData, seen: CameraView) -> np.ndarray:
+    tree = bihtree.Tree(*scene.flatten(), threads=1)
+    return bihtree.render(tree, bihtree.Camera(seen.clip_to_world, seen.width, seen.height))["combined"]
+
+
+def test_the_order_of_steps():
+    assert list(steps(3)) == [Step(8), Step(4), Step(2), Step(1, 0), Step(1, 1), Step(1, 2)]
+    assert list(steps(1, finest=4)) == [Step(8), Step(4)]
+    assert list(steps(2, finest=8)) == [Step(8, 0), Step(8, 1)]
+
+
+def test_a_coarse_picture_is_all_of_the_view_in_fewer_pixels():
+    coarse = view_of(view(), Step(8))
+    assert (coarse.width, coarse.height) == (11, 8)
+    np.testing.assert_array_equal(coarse.clip_to_world, view().clip_to_world)
+    assert (view_of(view(5, 3), Step(8)).width, view_of(view(5, 3), Step(8)).height) == (1, 1)
+
+
+def test_samples_are_spread_over_the_pixel():
+    """The middle first, then the places that the rays of the moved camera have in the picture of the first one."""
+    places = []
+    for sample in range(64):
+        moved = view_of(view(), Step(1, sample))
+        camera = bihtree.Camera(moved.clip_to_world, WIDTH, HEIGHT)
+        origins, directions = camera.rays()
+        at = view().project((origins + directions)[:1])[0, :2]
+        places.append(at)
+    np.testing.assert_allclose(places[0], 0.5, atol=1e-9)
+    assert (np.array(places) > -1e-9).all() and (np.array(places) < 1 + 1e-9).all()
+    counts, *_ = np.histogram2d(*np.array(places).T, bins=4, range=[[0, 1], [0, 1]])
+    assert counts.min() >= 2 and counts.max() <= 6
+
+
+def test_the_mean_is_that_of_all_samples_alone():
+    scene = SceneData.of_mesh(ball(), view())
+    mean, traced = Mean(), []
+    assert mean.with_step(Step(8), alone(scene, view_of(view(), Step(8)))).shape == (8, 11, 4)
+    for sample in range(5):
+        traced.append(alone(scene, view_of(view(), Step(1, sample))))
+        found = mean.with_step(Step(1, sample), traced[-1])
+    np.testing.assert_array_equal(found, np.mean(np.array(traced, np.float64), axis=0).astype(np.float32))
+
+
+def test_many_samples_are_what_the_renderer_makes_of_many():
+    scene = SceneData.of_mesh(ball(), view())
+    mean = Mean()
+    for sample in range(64):
+        found = mean.with_step(Step(1, sample), alone(scene, view_of(view(), Step(1, sample))))
+    tree = bihtree.Tree(*scene.flatten())
+    expected = bihtree.render(tree, bihtree.Camera(view().clip_to_world, WIDTH, HEIGHT), samples=64)["combined"]
+    one = alone(scene, view())
+    assert np.abs(found - expected).mean() < 0.1 * np.abs(one - expected).mean()
+
+
+def test_the_last_picture_is_the_true_one(shown: Session):
+    scene = SceneData.of_mesh(ball())
+    shown.show(scene, Settings(), view(), samples=1)
+    assert shown.wait(PATIENCE, until_last=True)
+    assert shown.shown and shown.shown.is_last and not shown.problem and not shown.activity
+    np.testing.assert_array_equal(shown.shown.pixels, alone(scene, view()))
+
+
+def test_every_step_is_shown_in_turn(monkeypatch: pytest.MonkeyPatch):
+    seen: list[Step] = []
+    real = session.Shown
+
+    def noted(*arguments: object) -> session.Shown:
+        made = real(*arguments)
+        seen.append(made.step)
+        return made
+
+    monkeypatch.setattr(session, "Shown", noted)
+    running = Session()
+    running.show(SceneData.of_mesh(ball()), Settings(), view(), samples=3)
+    assert running.wait(PATIENCE, until_last=True)
+    running.stop()
+    assert seen == list(steps(3))
+
+
+def test_moving_about_keeps_the_tree(shown: Session):
+    scene = SceneData.of_mesh(ball())
+    for number in range(20):
+        seen = view(grow=1 + 0.1 * number)
+        shown.show(scene, Settings(), seen, samples=4)
+        assert shown.wait(PATIENCE)
+        assert shown.shown and shown.shown.view is seen
+    assert shown.trees_built == 1
+    assert shown.wait(PATIENCE, until_last=True)
+    assert shown.shown.is_last
+
+
+def test_an_edit_is_seen_and_the_same_mesh_in_another_export_keeps_its_tree(shown: Session):
+    mesh = ball()
+    shown.show(SceneData.of_mesh(mesh), Settings(), view(), samples=1)
+    assert shown.wait(PATIENCE, until_last=True)
+    first = shown.shown
+    shown.show(SceneData.of_mesh(mesh), Settings(), view(), samples=1)
+    assert shown.wait(PATIENCE, until_last=True) and shown.trees_built == 1
+    edited = SceneData.of_mesh(replace(mesh, vertices=mesh.vertices * np.float32(0.5)))
+    shown.show(edited, Settings(), view(), samples=1)
+    assert shown.wait(PATIENCE, until_last=True) and shown.trees_built == 2
+    assert first and shown.shown and (shown.shown.pixels != first.pixels).any()
+    np.testing.assert_array_equal(shown.shown.pixels, alone(edited, view()))
+
+
+def test_a_problem_is_told_and_the_next_scene_is_shown(shown: Session):
+    broken = ball("Broken")
+    broken.vertices[7, 0] = np.nan
+    shown.show(SceneData.of_mesh(broken), Settings(), view(), samples=1)
+    assert shown.wait(PATIENCE, until_last=True)
+    assert "'Broken': vertex 7" in shown.problem and shown.shown is None
+    shown.show(SceneData.of_mesh(ball()), Settings(), view(), samples=1)
+    assert shown.wait(PATIENCE, until_last=True)
+    assert shown.problem == "" and shown.shown
+
+
+def test_memory_that_is_not_there_is_told(shown: Session, monkeypatch: pytest.MonkeyPatch):
+    def no_room(*arguments: object, **options: object) -> None:
+        raise MemoryError
+
+    monkeypatch.setattr(session.prepared, "prepare", no_room)
+    shown.show(SceneData.of_mesh(ball()), Settings(), view(), samples=1)
+    assert shown.wait(PATIENCE)
+    assert "out of memory" in shown.problem
+
+
+def test_stopped_in_the_middle_it_is_gone():
+    before = threading.active_count()
+    running = Session()
+    running.show(SceneData.of_mesh(ball(level=5)), Settings(), view(640, 480), samples=1000)
+    assert running.wait(PATIENCE)
+    running.stop()
+    assert threading.active_count() == before and running.shown is None
+    running.stop()
+
+
+def test_forgotten_by_its_owner_it_ends():
+    before = threading.active_count()
+    running = Session()
+    running.show(SceneData.of_mesh(ball()), Settings(), view(), samples=1000)
+    del running
+    assert threading.active_count() == before
+
+
+def resident_pages() -> int:
+    with open("/proc/self/statm") as file:
+        return int(file.read().split()[1])
+
+
+def test_fifty_rounds_leave_no_memory_behind():
+    """Started, moved about in, edited and stopped in the middle: after 50 rounds at most 5 % more than after 5. One
+    mesh and its tree alone, kept by each round, would be more than twice that."""
+    mesh, after = ball(level=4), []
+    for number in range(50):
+        running = Session()
+        for grow in (1.0, 1.1):
+            edited = replace(mesh, vertices=mesh.vertices * np.float32(grow))
+            running.show(SceneData.of_mesh(edited), Settings(), view(320, 240, grow), samples=100)
+            assert running.wait(PATIENCE)
+        running.stop()
+        if number + 1 in (5, 50):
+            after.append(resident_pages())
+    assert after[1] <= 1.05 * after[0]
+
+
+def test_refinement_starts_coarse():
+    assert next(refinement.steps(1)).divisor == refinement.COARSEST
