@@ -1,4 +1,4 @@
-"""The engine, its settings and its panel, in Blender and out again."""
+"""The engine, its settings, operators and panels, in Blender and out again."""
 
 from __future__ import annotations
 
@@ -7,17 +7,23 @@ from contextlib import contextmanager
 
 import bpy
 
+from . import panels, sidebar, trees
+from .build import BIH_OT_build, BIH_OT_free
 from .engine import BihPreviewEngine
+from .export_tree import BIH_OT_export_tree
 from .operators import BIH_OT_report
-from .panels import RENDER_PT_bih, panels_of_any_engine
+from .overlay_file import BIH_OT_render_overlay
+from .panels import panels_of_any_engine
 from .properties import BihSettings
 
-CLASSES = (BihSettings, BihPreviewEngine, BIH_OT_report, RENDER_PT_bih)
+OPERATORS = (BIH_OT_report, BIH_OT_build, BIH_OT_free, BIH_OT_render_overlay, BIH_OT_export_tree)
+CLASSES = (BihSettings, BihPreviewEngine, *OPERATORS, *panels.PANELS, *sidebar.PANELS)
 
 
 def register() -> None:
     for cls in CLASSES:
         bpy.utils.register_class(cls)
+    trees.register()
     bpy.types.Scene.bih = bpy.props.PointerProperty(type=BihSettings)
     for panel in panels_of_any_engine():
         panel.COMPAT_ENGINES.add(BihPreviewEngine.bl_idname)
@@ -27,6 +33,7 @@ def unregister() -> None:
     for panel in panels_of_any_engine():
         panel.COMPAT_ENGINES.discard(BihPreviewEngine.bl_idname)
     del bpy.types.Scene.bih
+    trees.unregister()
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)
 

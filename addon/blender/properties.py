@@ -6,10 +6,30 @@ Blender reads the annotations as values, so they are not postponed here.
 import bpy
 from bpy.props import BoolProperty, EnumProperty, IntProperty
 
-from ..pipeline.settings import LAYOUTS, PASSES, PRECISIONS, STRUCTURES, Settings
+from ..pipeline.settings import GOES_WITH, HEURISTICS, LAYOUTS, PASSES, PRECISIONS, STRUCTURES, Settings
 
 STRUCTURE_TEXT = {
     "bih": ("BIH", "Bounding Interval Hierarchy: two clip planes a node. Quick to build and small"),
+    "bvh": (
+        "BVH",
+        "A rival: boxes by the surface area heuristic. A multiple of the build time, less trace time",
+    ),
+    "kd_tree": ("kd-Tree", "A rival that cuts triangles: slow to build, several times the memory, few tests for a ray"),
+}
+HEURISTIC_TEXT = {
+    "global": ("Global", "In the middle of the longest side of a cell, as in the paper: the least build time"),
+    "local": ("Local", "In the middle of what is there: little more build time, less trace time where sizes differ"),
+    "sah": ("SAH", "Where the surface area heuristic expects the least work: more build time, less trace time"),
+}
+BUILD_TEXT = {
+    "auto": ("Automatic", "On demand where the view needs a small part of many triangles"),
+    "eager": ("All at Once", "The whole tree before the first ray"),
+    "on_demand": ("On Demand", "Rays build what they come to: less time and memory until the first picture"),
+}
+PRESORT_TEXT = {
+    "auto": ("Automatic", "From 65,536 triangles on, where it pays"),
+    "always": ("Always", "Sort first: 8 bytes of memory a triangle while building, less build time of large meshes"),
+    "never": ("Never", "Sort in place: no memory beside the tree"),
 }
 LAYOUT_TEXT = {
     "wide": ("Wide", "Records of eight boxes for the processor's vector unit: two to five times as fast to trace"),
@@ -42,6 +62,24 @@ class BihSettings(bpy.types.PropertyGroup):
         name="Layout",
         description="How the tree is stored: for little trace time or for little memory. The picture stays the same",
         items=[(name, *LAYOUT_TEXT[name]) for name in LAYOUTS],
+    )
+    heuristic: EnumProperty(
+        name="Heuristic",
+        description="Where nodes are split. It trades build time for trace time; memory changes little, "
+        "and the picture stays the same",
+        items=[(name, *HEURISTIC_TEXT[name]) for name in HEURISTICS],
+    )
+    build: EnumProperty(
+        name="Build",
+        description="When the tree is built. On demand saves build time and memory where rays see a part of the "
+        "scene; the picture stays the same",
+        items=[(name, *text) for name, text in BUILD_TEXT.items()],
+    )
+    presort: EnumProperty(
+        name="Presort",
+        description="The bucket sort before the global heuristic. It changes build time and the memory that building "
+        "takes; the tree and the picture stay the same",
+        items=[(name, *text) for name, text in PRESORT_TEXT.items()],
     )
     precision: EnumProperty(
         name="Precision",
@@ -85,17 +123,45 @@ class BihSettings(bpy.types.PropertyGroup):
     )
 
 
+FORCED = {"auto": None, "eager": False, "on_demand": True, "always": True, "never": False}
+"""What a choice of build or presort says of its part of the work; None: the scene decides."""
+
+
 def settings_of(scene: bpy.types.Scene) -> Settings:
-    """The scene's choice as the pipeline takes it; where no pass is chosen, Combined."""
+    """The scene's choice as the pipeline takes it; where no pass is chosen, Combined. What the structure does not have
+    is not asked for: `why_not` says so in the panel."""
     chosen = scene.bih
+    own = {name: own_choice(chosen, name) for name in GOES_WITH[chosen.structure]}
+    parts = {"on demand": chosen.build, "bucket sort": chosen.presort}
+    forced = {part: FORCED[choice] for part, choice in parts.items() if not why_not(chosen, part)}
     return Settings(
         structure=chosen.structure,
-        layout=chosen.layout,
+        **own,
         precision=chosen.precision,
-        leaf_size=chosen.leaf_size or None,
+        leaf_size=None if why_not(chosen, "leaf size") else chosen.leaf_size or None,
         threads=scene.render.threads if scene.render.threads_mode == "FIXED" else 0,
         samples=chosen.samples,
         shadows=chosen.shadows,
         passes=tuple(name for name in PASSES if name in chosen.passes) or ("combined",),
         overlay_depth=chosen.overlay_depth,
+        parts={part: is_kept for part, is_kept in forced.items() if is_kept is not None},
     )
+
+
+def own_choice(chosen: BihSettings, name: str) -> str:
+    """The layout or the heuristic that is used: the chosen one where the structure has it, else the structure's own."""
+    known = GOES_WITH[chosen.structure][name]
+    value: str = getattr(chosen, name)
+    return value if value in known else known[0]
+
+
+def why_not(chosen: BihSettings, part: str) -> str:
+    """Why a part of the work cannot be chosen now, in one line; empty where it can."""
+    name = STRUCTURE_TEXT[chosen.structure][0]
+    if part == "on demand" and chosen.structure != "bih":
+        return f"A {name} is built all at once"
+    if part == "bucket sort" and own_choice(chosen, "heuristic") != "global":
+        return "The bucket sort goes with the global heuristic alone"
+    if part == "leaf size" and chosen.structure == "kd_tree":
+        return "The leaves of a kd-tree end where no split is cheaper"
+    return ""

@@ -103,7 +103,10 @@ def plan(scene: SceneData, settings: Settings, wanted: Collection[str], *, tree_
     if settings.structure != "bih":
         parts += [Part(name, False, f"a {settings.structure} has none") for name in ("bucket sort", "on demand")]
     else:
-        tree["presort"] = is_kept("bucket sort", _sort(count))
+        if settings.heuristic == "global":
+            tree["presort"] = is_kept("bucket sort", _sort(count))
+        else:
+            parts.append(Part("bucket sort", False, "it sorts by the cells of the global heuristic"))
         if is_kept("on demand", _on_demand(shown, count)):
             tree["build"] = "on_demand"
     leaf = LEAF.get(settings.layout, 0) if settings.structure == "bih" and settings.precision != "fast" else 0

@@ -24,7 +24,7 @@ from .tree_cache import TreeCache
 Progress = Callable[[str, float], bool | None]
 """Gets a stage ("build", "trace", "overlay" or "write") and how much of it is done, 0 to 1; False cancels."""
 
-TREE_OPTIONS = ("structure", "layout", "precision")
+TREE_OPTIONS = ("structure", "layout", "heuristic", "precision")
 """The settings that bihtree.Tree takes as they are, by the same names; needs.plan decides the others."""
 
 Tile = tuple[int, int, int, int]

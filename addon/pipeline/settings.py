@@ -8,8 +8,9 @@ from types import MappingProxyType
 
 from .errors import UserError
 
-STRUCTURES = ("bih",)
+STRUCTURES = ("bih", "bvh", "kd_tree")
 LAYOUTS = ("wide", "compact", "classic")
+HEURISTICS = ("global", "local", "sah")
 PRECISIONS = ("watertight", "exact", "fast")
 LARGEST_SIDE = 65536
 """Most pixels a side of a picture, as bihtree.Camera has it."""
@@ -20,6 +21,12 @@ PARTS = (
     *(f"{name} pass" for name in PASSES),
 )
 """What a scene may do without; addon/pipeline/needs.py decides."""
+GOES_WITH: Mapping[str, Mapping[str, tuple[str, ...]]] = {
+    "bih": {"layout": LAYOUTS, "heuristic": HEURISTICS},
+    "bvh": {"layout": ("wide", "compact"), "heuristic": ("sah",)},
+    "kd_tree": {"layout": ("classic",), "heuristic": ("sah",)},
+}
+"""The choices that each structure has, its own first."""
 
 
 @dataclass(frozen=True)
@@ -28,6 +35,7 @@ class Settings:
 
     structure: str = "bih"
     layout: str = "wide"
+    heuristic: str = "global"
     precision: str = "watertight"
     leaf_size: int | None = None
     threads: int = 0
@@ -42,6 +50,7 @@ class Settings:
     def __post_init__(self) -> None:
         _one_of("structure", self.structure, STRUCTURES)
         _one_of("layout", self.layout, LAYOUTS)
+        _one_of("heuristic", self.heuristic, HEURISTICS)
         _one_of("precision", self.precision, PRECISIONS)
         for name in self.passes:
             _one_of("pass", name, PASSES)
@@ -49,16 +58,32 @@ class Settings:
             raise UserError(f"no pass asked for; choose from {', '.join(PASSES)}", exit_status=2)
         for name in self.parts:
             _one_of("part", name, PARTS)
+        self._check_what_goes_together()
         _at_least("leaf size", 1 if self.leaf_size is None else self.leaf_size, 1)
         _at_least("threads", self.threads, 0)
         _at_least("samples", self.samples, 1)
         _at_least("seed", self.seed, 0)
         _at_least("overlay depth", self.overlay_depth, 0)
 
+    def _check_what_goes_together(self) -> None:
+        for name, known in GOES_WITH[self.structure].items():
+            if getattr(self, name) not in known:
+                _apart(f"structure {self.structure}", f"{name} {getattr(self, name)}", f"choose {' or '.join(known)}")
+        if self.structure != "bih" and self.parts.get("on demand"):
+            _apart(f"structure {self.structure}", "build on demand", "only a bih is built where rays go")
+        if self.heuristic != "global" and self.parts.get("bucket sort"):
+            _apart(f"heuristic {self.heuristic}", "the bucket sort", "it sorts by the cells of the global heuristic")
+        if self.structure == "kd_tree" and self.leaf_size is not None:
+            _apart("structure kd_tree", "a leaf size", "its heuristic ends where no split is cheaper")
+
 
 def _one_of(what: str, value: str, known: tuple[str, ...]) -> None:
     if value not in known:
         raise UserError(f"unknown {what} {value!r}; choose from {', '.join(known)}", exit_status=2)
+
+
+def _apart(one: str, other: str, what: str) -> None:
+    raise UserError(f"{one} does not go with {other}: {what}", exit_status=2)
 
 
 def _at_least(what: str, value: int, least: int) -> None:

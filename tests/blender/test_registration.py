@@ -59,7 +59,8 @@ def test_every_choice_reaches_the_settings(registered):
 def test_every_property_says_what_it_costs(registered):
     properties = [p for p in BihSettings.bl_rna.properties if p.identifier not in {"rna_type", "name"}]
     assert {p.identifier for p in properties} == {
-        "structure", "layout", "precision", "leaf_size", "samples", "shadows", "passes", "overlay_depth",
+        "structure", "layout", "heuristic", "build", "presort", "precision", "leaf_size", "samples", "shadows",
+        "passes", "overlay_depth",
     }  # fmt: skip
     for p in properties:
         assert any(word in p.description for word in ("time", "faster")), p.identifier

@@ -1,0 +1,82 @@
+"""Building a tree to look at, and freeing it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+
+from ..pipeline.errors import UserError
+from ..pipeline.scene import SceneData
+from ..pipeline.settings import Settings
+from .export import scene_data
+from .modal_work import ModalWork
+from .properties import settings_of
+from .trees import TREES
+from .worker import Worker
+
+LOOK = (320, 240)
+"""Pixels of the look that tells rays a second."""
+
+
+class BIH_OT_build(ModalWork, bpy.types.Operator):
+    bl_idname = "bih.build"
+    bl_label = "Build"
+    bl_description = (
+        "Build the tree of what the viewport shows, by the choices above, and trace 76,800 rays of the camera. "
+        "Takes the build's time and memory until Free; Esc ends it"
+    )
+
+    def started(self, context: bpy.types.Context) -> Worker[Any]:
+        return build_worker(context, settings_of(context.scene))
+
+    def finished(self, context: bpy.types.Context, result: Any) -> str:
+        TREES.of(context.scene).free()
+        TREES.of(context.scene).main = result
+        redraw(context)
+        stats = result.tree.stats
+        return f"BIH: {stats.triangles:,} triangles, {stats.nodes:,} nodes in {stats.build_seconds:.3f} s"
+
+
+class BIH_OT_free(bpy.types.Operator):
+    bl_idname = "bih.free"
+    bl_label = "Free"
+    bl_description = "Give the memory of the built trees back; the next look at one takes the build's time again"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return TREES.of(context.scene).main is not None
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        TREES.of(context.scene).free()
+        redraw(context)
+        return {"FINISHED"}
+
+
+def build_worker(context: bpy.types.Context, settings: Settings) -> Worker[Any]:
+    """Read the scene here, build in a thread. Raises UserError."""
+    from ..pipeline import built
+
+    scene = evaluated_scene(context, LOOK)
+    return Worker("BIH build", lambda told: built.build(scene, settings, scene.camera, told=told))
+
+
+def evaluated_scene(context: bpy.types.Context, size: tuple[int, int]) -> SceneData:
+    """What the viewport shows, seen by the scene's camera in so many pixels. Raises UserError."""
+    return scene_data(context.evaluated_depsgraph_get(), *size)
+
+
+def redraw(context: bpy.types.Context) -> None:
+    """All that shows trees: 3D viewports and the properties."""
+    for window in context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type in {"VIEW_3D", "PROPERTIES"}:
+                area.tag_redraw()
+
+
+def built_tree(context: bpy.types.Context) -> Any:
+    """The tree of the scene. Raises UserError where none was built."""
+    tree = TREES.of(context.scene).main
+    if tree is None:
+        raise UserError("no tree is built; press Build, or call bpy.ops.bih.build()")
+    return tree

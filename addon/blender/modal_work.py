@@ -1,0 +1,133 @@
+"""Operators whose work is done by a thread while the window goes on: progress, time left, and Esc."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import bpy
+
+from ..pipeline.errors import UserError
+from . import modules
+from .worker import Worker
+
+TICK = 0.05
+
+
+class ModalWork:
+    """What such an operator has beside bpy.types.Operator: `started` reads the scene and starts the thread, `finished`
+    puts its result where it belongs. Both run in Blender's own thread, and may raise UserError."""
+
+    _worker: Any = None
+    _timer: Any = None
+    _began = 0.0
+
+    def started(self, context: bpy.types.Context) -> Worker[Any]:
+        raise NotImplementedError
+
+    def finished(self, context: bpy.types.Context, result: Any) -> str:
+        """One line for the status bar."""
+        raise NotImplementedError
+
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        """In a window: without freezing it."""
+        if not self._start(context):
+            return {"CANCELLED"}
+        manager = context.window_manager
+        self._timer = manager.event_timer_add(TICK, window=context.window)
+        manager.progress_begin(0, 100)
+        manager.modal_handler_add(self)
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        if event.type == "ESC":
+            self._worker.cancel()
+        if event.type != "TIMER":
+            return {"PASS_THROUGH"}
+        if not self._worker.is_done:
+            context.window_manager.progress_update(100 * self._worker.share)
+            context.workspace.status_text_set(f"{self.bl_label}: {self._line()} (Esc ends it)")
+            return {"PASS_THROUGH"}
+        self._stop_telling(context)
+        return self._end(context)
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """From a script: when it returns, all is done."""
+        if not self._start(context):
+            return {"CANCELLED"}
+        self._worker.wait()
+        return self._end(context)
+
+    def cancel(self, context: bpy.types.Context) -> None:
+        """Blender closes, or another file is opened."""
+        if self._worker is None:
+            return
+        self._worker.cancel()
+        self._worker.wait()
+        self._stop_telling(context)
+
+    def _start(self, context: bpy.types.Context) -> bool:
+        try:
+            modules.require("bihtree")
+            self._began = perf_counter()
+            self._worker = self.started(context)
+        except UserError as error:
+            self.report({"ERROR"}, str(error))
+            return False
+        return True
+
+    def _end(self, context: bpy.types.Context) -> set[str]:
+        worker = self._worker
+        self._worker = None  # the operator outlives its work in Blender's list of what was done
+        if worker.error:
+            self.report({"ERROR"}, worker.error)
+            return {"CANCELLED"}
+        if worker.result is None:
+            self.report({"WARNING"}, f"{self.bl_label}: cancelled")
+            return {"CANCELLED"}
+        try:
+            self.report({"INFO"}, self.finished(context, worker.result))
+        except UserError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        return {"FINISHED"}
+
+    def _line(self) -> str:
+        share, passed = self._worker.share, perf_counter() - self._began
+        left = f", {passed / share - passed:.0f} s left" if share > 0.05 and passed > 1.0 else ""
+        return f"{self._worker.line} {share:.0%}{left}"
+
+    def _stop_telling(self, context: bpy.types.Context) -> None:
+        if self._timer is None:
+            return
+        context.window_manager.event_timer_remove(self._timer)
+        self._timer = None
+        context.window_manager.progress_end()
+        context.workspace.status_text_set(None)
+
+
+class FileWork(ModalWork):
+    """Work that writes the file of the property `filepath`: from a window it is asked for first."""
+
+    suffix = ""
+    filepath: str
+    _is_asked = False
+
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        if not self.filepath:
+            self.filepath = str(Path(bpy.data.filepath or context.scene.name).with_suffix(self.suffix))
+        self._is_asked = True
+        context.window_manager.fileselect_add(self)
+        return {"RUNNING_MODAL"}
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """From a script, or when the file was chosen."""
+        return ModalWork.invoke(self, context, None) if self._is_asked else ModalWork.execute(self, context)
+
+    def path(self) -> Path:
+        """Absolute, with the suffix if it has none. Raises UserError for none."""
+        if not self.filepath:
+            raise UserError(f"no file is named; give filepath=, a path that ends in {self.suffix}")
+        path = Path(bpy.path.abspath(self.filepath))
+        return path if path.suffix else path.with_suffix(self.suffix)

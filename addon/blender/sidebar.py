@@ -1,0 +1,46 @@
+"""The tab "BIH" in the sidebar of the 3D viewport, for any render engine."""
+
+from __future__ import annotations
+
+import bpy
+
+from . import panel_parts
+
+
+class SidebarPanel:
+    """What panels of the tab have beside bpy.types.Panel."""
+
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "BIH"
+
+
+class VIEW3D_PT_bih(SidebarPanel, bpy.types.Panel):
+    bl_label = "Tree"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout = self.layout
+        is_whole = panel_parts.draw_missing(layout)
+        panel_parts.draw_tree_settings(layout.column(), context.scene.bih)
+        buttons = layout.column()
+        buttons.enabled = is_whole
+        panel_parts.draw_buttons(buttons, context.scene)
+
+
+class VIEW3D_PT_bih_build(SidebarPanel, bpy.types.Panel):
+    bl_label = "Last Build"
+    bl_parent_id = "VIEW3D_PT_bih"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        panel_parts.draw_build(self.layout, context.scene)
+
+
+class VIEW3D_PT_bih_picture(SidebarPanel, bpy.types.Panel):
+    bl_label = "Picture"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        panel_parts.draw_render_settings(self.layout, context.scene.bih)
+
+
+PANELS = (VIEW3D_PT_bih, VIEW3D_PT_bih_build, VIEW3D_PT_bih_picture)

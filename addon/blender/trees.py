@@ -1,0 +1,51 @@
+"""The one owner of trees that were built to be looked at, by scene."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import bpy
+
+if TYPE_CHECKING:  # the add-on registers where bihtree is missing
+    from ..pipeline.built import BuiltTree
+
+
+@dataclass
+class SceneTrees:
+    """What was built of one scene."""
+
+    main: BuiltTree | None = None
+
+    def free(self) -> None:
+        self.__init__()  # type: ignore[misc]
+
+
+class Trees:
+    def __init__(self) -> None:
+        self._by_scene: dict[int, SceneTrees] = {}
+
+    def of(self, scene: bpy.types.Scene) -> SceneTrees:
+        """Its own, empty at first; the number lasts as long as the file is open, undo included."""
+        return self._by_scene.setdefault(scene.session_uid, SceneTrees())
+
+    def free_all(self) -> None:
+        self._by_scene.clear()
+
+
+TREES = Trees()
+
+
+@bpy.app.handlers.persistent
+def free_all(*_: object) -> None:
+    """Another file is opened: what was built of this one is gone with it."""
+    TREES.free_all()
+
+
+def register() -> None:
+    bpy.app.handlers.load_pre.append(free_all)
+
+
+def unregister() -> None:
+    bpy.app.handlers.load_pre.remove(free_all)
+    TREES.free_all()

@@ -1,0 +1,147 @@
+"""Building trees to look at, freeing them, and writing them to files: what scripts call and buttons press."""
+
+from __future__ import annotations
+
+import threading
+
+import bihtree
+import bpy
+import numpy as np
+import pytest
+
+from addon.blender.trees import TREES
+from addon.blender.worker import Worker
+from addon.pipeline import built
+from addon.pipeline.errors import UserError
+from tests.blender.scenes import add_camera, add_mesh
+from tests.meshes import icosphere
+
+
+@pytest.fixture
+def ball(registered):
+    add_mesh("Ball", icosphere(3))
+    add_camera()
+    return registered
+
+
+def test_build_and_free(ball):
+    assert not bpy.ops.bih.free.poll()
+    ball.bih.structure, ball.bih.layout = "bvh", "compact"
+    assert bpy.ops.bih.build() == {"FINISHED"}
+    made = TREES.of(ball).main
+    assert (made.tree.stats.structure, made.tree.stats.layout) == ("bvh", "compact")
+    assert made.tree.stats.triangles == 1280
+    assert bpy.ops.bih.free() == {"FINISHED"}
+    assert TREES.of(ball).main is None
+
+
+def test_trees_are_gone_with_their_file(ball):
+    bpy.ops.bih.build()
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+    assert TREES._by_scene == {}
+
+
+def test_the_table_says_what_the_stats_say(ball):
+    bpy.ops.bih.build()
+    made = TREES.of(ball).main
+    rows, stats = dict(built.table(made)), made.tree.stats
+    assert rows["Triangles"] == "1,280"
+    assert rows["Nodes"].startswith(f"{stats.nodes:,}, {stats.leaves:,} ")
+    assert rows["Memory"] == f"{stats.tree_bytes / 1280:.1f} bytes a triangle"
+    assert rows["Trace time"].endswith(" for 76,800 rays")
+    assert rows["Not built"] == "0% of the triangles"
+    assert [name for name, _ in built.left_out(made)] == [name.capitalize() for name in stats.left_out]
+
+
+def test_on_demand_only_what_the_camera_sees_is_built(ball):
+    add_mesh("Behind the Camera", icosphere(3)).location = (40.0, -50.0, 30.0)
+    ball.bih.build, ball.bih.leaf_size = "on_demand", 1
+    bpy.ops.bih.build()
+    made = TREES.of(ball).main
+    assert made.tree.stats.unbuilt > 0
+    share = built.unbuilt_share(made)
+    assert 0 < share < 1
+    made.tree.build_all()
+    made.read_nodes()
+    assert built.unbuilt_share(made) == 0
+
+
+def test_no_camera_is_needed(registered):
+    add_mesh("Ball", icosphere(1))
+    assert bpy.ops.bih.build() == {"FINISHED"}
+    assert "Trace time" not in dict(built.table(TREES.of(registered).main))
+
+
+def test_errors_are_reported(registered, tmp_path):
+    with pytest.raises(RuntimeError, match="no triangles"):
+        bpy.ops.bih.build()
+    with pytest.raises(RuntimeError, match="no tree is built"):
+        bpy.ops.bih.export_tree(filepath=str(tmp_path / "a.bihtree"))
+    add_mesh("Ball", icosphere(1))
+    bpy.ops.bih.build()
+    with pytest.raises(RuntimeError, match="no folder"):
+        bpy.ops.bih.export_tree(filepath=str(tmp_path / "none" / "a.bihtree"))
+    with pytest.raises(RuntimeError, match=r"ends in \.bihtree"):
+        bpy.ops.bih.export_tree(filepath=str(tmp_path / "a.npz"))
+    with pytest.raises(RuntimeError, match="no file is named"):
+        bpy.ops.bih.export_tree()
+    with pytest.raises(RuntimeError, match="no camera"):
+        bpy.ops.bih.render_overlay(filepath=str(tmp_path / "a.png"))
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_exported_tree_is_the_tree(ball, tmp_path):
+    bpy.ops.bih.build()
+    made = TREES.of(ball).main
+    assert bpy.ops.bih.export_tree(filepath=str(tmp_path / "ball")) == {"FINISHED"}
+    assert {path.name for path in tmp_path.iterdir()} == {"ball.bihtree", "ball.npz"}
+    read = bihtree.Tree.load(tmp_path / "ball.bihtree")
+    with np.load(tmp_path / "ball.npz", allow_pickle=False) as archive:
+        assert archive["nodes"].tobytes() == made.tree.nodes().tobytes()
+        np.testing.assert_array_equal(archive["order"], read.order())
+
+
+def test_the_overlay_is_saved(ball, tmp_path):
+    ball.render.resolution_x, ball.render.resolution_y, ball.render.resolution_percentage = 80, 60, 50
+    path = tmp_path / "overlay.png"
+    assert bpy.ops.bih.render_overlay(filepath=str(path)) == {"FINISHED"}
+    assert list(tmp_path.iterdir()) == [path]
+    assert tuple(bpy.data.images.load(str(path)).size) == (40, 30)
+
+
+def test_a_worker_stops_when_it_is_told_to():
+    """And says what went wrong, in one line."""
+    begun, go_on = threading.Event(), threading.Event()
+
+    def work(told):
+        begun.set()
+        go_on.wait(10)
+        if told("half", 0.5) is False:
+            raise bihtree.Cancelled("cancelled")
+        return 1
+
+    stopped = Worker("test", work)
+    begun.wait(10)
+    stopped.cancel()
+    go_on.set()
+    stopped.wait()
+    assert (stopped.is_done, stopped.result, stopped.error, stopped.share) == (True, None, "", 0.5)
+    whole = Worker("test", work)
+    whole.wait()
+    assert whole.result == 1
+
+    def wrong(told):
+        raise UserError("what to do")
+
+    failed = Worker("test", wrong)
+    failed.wait()
+    assert failed.error == "what to do"
+
+
+def test_a_build_is_cancelled(ball):
+    from addon.blender import build
+
+    worker = build.build_worker(bpy.context, build.settings_of(ball))
+    worker.cancel()
+    worker.wait()
+    assert worker.error == "" and (worker.result is None or worker.result.tree)
