@@ -31,6 +31,14 @@ pub enum Error {
         /// The most one tree can hold.
         limit: usize,
     },
+    /// More instances than the tree over them can hold.
+    #[error("instances: {instances} rows; one scene holds at most {limit}")]
+    TooManyInstances {
+        /// How many were given.
+        instances: usize,
+        /// The most one scene can hold.
+        limit: usize,
+    },
     /// Options that do not go with each other.
     #[error("structure: {structure:?} does not go with {argument} {value}; {advice}")]
     Incompatible {

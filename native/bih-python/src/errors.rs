@@ -25,8 +25,9 @@ pub fn to_exception(error: Error) -> PyErr {
         Error::File { kind: ErrorKind::OutOfMemory, .. } => PyMemoryError::new_err(text),
         Error::File { kind, .. } => io::Error::new(kind, text).into(),
         Error::Broken { .. } => BihError::new_err(text),
-        Error::VertexOutOfRange { .. } | Error::RaggedSoup { .. } | Error::TooManyTriangles { .. } => {
-            GeometryError::new_err(text)
-        }
+        Error::VertexOutOfRange { .. }
+        | Error::RaggedSoup { .. }
+        | Error::TooManyTriangles { .. }
+        | Error::TooManyInstances { .. } => GeometryError::new_err(text),
     }
 }

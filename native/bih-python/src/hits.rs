@@ -24,10 +24,15 @@ pub struct Hits {
 
 impl Hits {
     pub fn new<F: Float + Element>(py: Python<'_>, hits: bih_core::traverse::Hits<F>) -> Self {
+        let instance = hits.triangle.iter().map(|&row| row.min(0)).collect();
+        Self::of(py, hits, instance)
+    }
+
+    /// Of a scene, with the rows of the instances.
+    pub fn of<F: Float + Element>(py: Python<'_>, hits: bih_core::traverse::Hits<F>, instance: Vec<i32>) -> Self {
         let length = hits.t.len();
-        let instances = hits.triangle.iter().map(|&row| row.min(0));
         Self {
-            instance: PyArray1::from_iter(py, instances).unbind(),
+            instance: PyArray1::from_vec(py, instance).unbind(),
             t: PyArray1::from_vec(py, hits.t).into_any().unbind(),
             triangle: PyArray1::from_vec(py, hits.triangle).unbind(),
             u: PyArray1::from_vec(py, hits.u).into_any().unbind(),

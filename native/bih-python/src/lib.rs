@@ -10,6 +10,7 @@ mod mesh;
 mod options;
 mod query;
 mod render;
+mod scene;
 mod stats;
 mod supervise;
 mod tree;
@@ -27,6 +28,8 @@ mod _bihtree {
     use crate::hits::{HitLists, Hits};
     #[pymodule_export]
     use crate::render::render;
+    #[pymodule_export]
+    use crate::scene::Scene;
     #[pymodule_export]
     use crate::stats::Stats;
     #[pymodule_export]

@@ -4,7 +4,7 @@ use std::fmt::Display;
 
 use bih_core::saved::SavedMesh;
 use bih_core::{Error, Triangles, Vertices};
-use numpy::{PyArray2, PyArrayDescrMethods, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
+use numpy::{PyArray2, PyArrayDescrMethods, PyArrayMethods, PyReadonlyArray2, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
 use crate::arrays::{as_array, converted, kind, wrong};
@@ -70,26 +70,56 @@ impl Mesh {
         self.borrowed.iter().try_for_each(|array| array.call_method1(py, "setflags", (false,)).map(drop))
     }
 
+    /// Borrow the arrays.
+    pub fn view<'a>(&'a self, py: Python<'a>) -> PyResult<MeshView<'a>> {
+        let rows = self.triangles.as_ref().map(|rows| rows.bind(py).try_readonly()).transpose()?;
+        let vertices = match &self.vertices {
+            VertexArray::F32(array) => VertexView::F32(array.bind(py).try_readonly()?),
+            VertexArray::F64(array) => VertexView::F64(array.bind(py).try_readonly()?),
+            VertexArray::Saved(mesh) => VertexView::Saved(mesh),
+        };
+        Ok(MeshView { vertices, rows })
+    }
+
     /// Call `read` with borrowed slices of the arrays.
     fn with<R>(&self, py: Python<'_>, read: impl FnOnce(Vertices<'_>, Option<&[[u32; 3]]>) -> R) -> PyResult<R> {
-        let rows = self.triangles.as_ref().map(|rows| rows.bind(py).try_readonly()).transpose()?;
-        let rows = rows.as_ref().map(|rows| rows.as_slice()).transpose()?.map(bytemuck::cast_slice);
-        Ok(match &self.vertices {
-            VertexArray::F32(array) => {
-                let array = array.bind(py).try_readonly()?;
-                read(Vertices::F32(bytemuck::cast_slice(array.as_slice()?)), rows)
-            }
-            VertexArray::F64(array) => {
-                let array = array.bind(py).try_readonly()?;
-                read(Vertices::F64(bytemuck::cast_slice(array.as_slice()?)), rows)
-            }
-            VertexArray::Saved(mesh) => read(mesh.vertices(), mesh.rows()),
-        })
+        let view = self.view(py)?;
+        let (vertices, rows) = view.slices()?;
+        Ok(read(vertices, rows))
     }
 
     /// Call `read` with a view of the triangles, which were checked when the mesh was made.
     pub fn with_triangles<R>(&self, py: Python<'_>, read: impl FnOnce(Triangles<'_>) -> R) -> PyResult<R> {
         self.with(py, |vertices, rows| read(Triangles::unchecked(vertices, rows)))
+    }
+}
+
+/// The arrays of a mesh while they are borrowed.
+pub struct MeshView<'a> {
+    vertices: VertexView<'a>,
+    rows: Option<PyReadonlyArray2<'a, u32>>,
+}
+
+enum VertexView<'a> {
+    F32(PyReadonlyArray2<'a, f32>),
+    F64(PyReadonlyArray2<'a, f64>),
+    Saved(&'a SavedMesh),
+}
+
+impl MeshView<'_> {
+    fn slices(&self) -> PyResult<(Vertices<'_>, Option<&[[u32; 3]]>)> {
+        let rows = self.rows.as_ref().map(|rows| rows.as_slice()).transpose()?.map(bytemuck::cast_slice);
+        Ok(match &self.vertices {
+            VertexView::F32(array) => (Vertices::F32(bytemuck::cast_slice(array.as_slice()?)), rows),
+            VertexView::F64(array) => (Vertices::F64(bytemuck::cast_slice(array.as_slice()?)), rows),
+            VertexView::Saved(mesh) => (mesh.vertices(), mesh.rows()),
+        })
+    }
+
+    /// The triangles, which were checked when the mesh was made.
+    pub fn triangles(&self) -> PyResult<Triangles<'_>> {
+        let (vertices, rows) = self.slices()?;
+        Ok(Triangles::unchecked(vertices, rows))
     }
 }
 

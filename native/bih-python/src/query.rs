@@ -72,33 +72,9 @@ impl Tree {
         few: usize,
         work: impl FnOnce(&CoreTree, &Triangles, &RayBatch, &Control) -> Result<T, Error> + Send,
     ) -> PyResult<T> {
-        let _standard = FloatEnvironment::standard();
-        let origins = vectors("origins", origins)?;
-        let directions = vectors("directions", directions)?;
-        let rays = origins.rows();
-        if directions.rows() != rays {
-            let others = directions.rows();
-            return Err(GeometryError::new_err(format!("directions: {others} rows, but origins has {rays}")));
-        }
-        let (t_min, t_max) = (limits("t_min", t_min, rays)?, limits("t_max", t_max, rays)?);
-        let readonly = |limit: &LimitArray<'py>| match limit {
-            LimitArray::All(_) => Ok(None),
-            LimitArray::Each(array) => array.try_readonly().map(Some),
-        };
-        let (t_min_array, t_max_array) = (readonly(&t_min)?, readonly(&t_max)?);
-        let batch = RayBatch {
-            origins: origins.view()?,
-            directions: directions.view()?,
-            t_min: match (&t_min, &t_min_array) {
-                (LimitArray::All(limit), _) => Limits::All(*limit),
-                (_, array) => Limits::Each(array.as_ref().map_or(Ok(&[][..]), |array| array.as_slice())?),
-            },
-            t_max: match (&t_max, &t_max_array) {
-                (LimitArray::All(limit), _) => Limits::All(*limit),
-                (_, array) => Limits::Each(array.as_ref().map_or(Ok(&[][..]), |array| array.as_slice())?),
-            },
-        };
-        self.work(py, rays, few, |triangles, control| work(&self.core, triangles, &batch, control))
+        with_rays(origins, directions, t_min, t_max, |batch| {
+            self.work(py, batch.len(), few, |triangles, control| work(&self.core, triangles, batch, control))
+        })
     }
 
     /// Fewer rays than this are not supervised where each may meet every triangle.
@@ -125,4 +101,41 @@ impl Tree {
     pub fn with_triangles<R>(&self, py: Python<'_>, read: impl FnOnce(Triangles<'_>) -> R) -> PyResult<R> {
         self.mesh.with_triangles(py, read)
     }
+}
+
+/// Check the rays and hand them to `work`.
+pub fn with_rays<'py, T>(
+    origins: &Bound<'py, PyAny>,
+    directions: &Bound<'py, PyAny>,
+    t_min: &Limit<'py>,
+    t_max: &Limit<'py>,
+    work: impl FnOnce(&RayBatch) -> PyResult<T>,
+) -> PyResult<T> {
+    let _standard = FloatEnvironment::standard();
+    let origins = vectors("origins", origins)?;
+    let directions = vectors("directions", directions)?;
+    let rays = origins.rows();
+    if directions.rows() != rays {
+        let others = directions.rows();
+        return Err(GeometryError::new_err(format!("directions: {others} rows, but origins has {rays}")));
+    }
+    let (t_min, t_max) = (limits("t_min", t_min, rays)?, limits("t_max", t_max, rays)?);
+    let readonly = |limit: &LimitArray<'py>| match limit {
+        LimitArray::All(_) => Ok(None),
+        LimitArray::Each(array) => array.try_readonly().map(Some),
+    };
+    let (t_min_array, t_max_array) = (readonly(&t_min)?, readonly(&t_max)?);
+    let batch = RayBatch {
+        origins: origins.view()?,
+        directions: directions.view()?,
+        t_min: match (&t_min, &t_min_array) {
+            (LimitArray::All(limit), _) => Limits::All(*limit),
+            (_, array) => Limits::Each(array.as_ref().map_or(Ok(&[][..]), |array| array.as_slice())?),
+        },
+        t_max: match (&t_max, &t_max_array) {
+            (LimitArray::All(limit), _) => Limits::All(*limit),
+            (_, array) => Limits::Each(array.as_ref().map_or(Ok(&[][..]), |array| array.as_slice())?),
+        },
+    };
+    work(&batch)
 }

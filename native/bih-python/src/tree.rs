@@ -5,8 +5,9 @@ use std::path::PathBuf;
 use bih_core::build::{Heuristic, Structure};
 use bih_core::saved::{self, Access, Saved};
 use bih_core::simd::FloatEnvironment;
-use bih_core::traverse::contains;
-use bih_core::{BuildOptions, Tree as CoreTree, tree};
+use bih_core::traverse::{Counts, contains};
+use bih_core::tree::NodeRow;
+use bih_core::{Bounds, BuildOptions, Tree as CoreTree, tree};
 use numpy::{PyArray, PyArray1, PyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -30,7 +31,7 @@ pub struct Tree {
     pub pool: Option<ThreadPool>,
 }
 
-type Pair<'py> = (Bound<'py, PyArray1<i32>>, Bound<'py, PyArray1<i32>>);
+pub type Pair<'py> = (Bound<'py, PyArray1<i32>>, Bound<'py, PyArray1<i32>>);
 
 #[pymethods]
 impl Tree {
@@ -72,10 +73,7 @@ impl Tree {
 
         let _standard = FloatEnvironment::standard();
         let mesh = Mesh::new(vertices, triangles, copy)?;
-        let pool = (threads > 0)
-            .then(|| ThreadPoolBuilder::new().num_threads(threads).build())
-            .transpose()
-            .map_err(|error| BihError::new_err(format!("threads: {threads} could not be started ({error})")))?;
+        let pool = thread_pool(threads)?;
         let core = mesh.with_triangles(py, |triangles| {
             supervise(py, pool.as_ref(), progress, |control| bih_core::build(&triangles, &options, control))
         })??;
@@ -186,9 +184,7 @@ impl Tree {
             SUPERVISED,
             |core, triangles, rays, control| Ok(rays.cost(core, triangles, control)?),
         )?;
-        let nodes = PyArray1::from_iter(py, counts.iter().map(|counts| counts.nodes as i32));
-        let triangles = PyArray1::from_iter(py, counts.iter().map(|counts| counts.triangles as i32));
-        Ok((nodes, triangles))
+        Ok(cost_arrays(py, &counts))
     }
 
     /// What the tree is and what it cost.
@@ -206,26 +202,19 @@ impl Tree {
     /// (2, 3) lower and upper corner; inf and -inf where no triangle can be hit.
     #[getter]
     fn bounds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let bounds = self.core.bounds();
-        let array = PyArray2::from_vec2(py, &[bounds.lower.to_vec(), bounds.upper.to_vec()])
-            .map_err(|error| BihError::new_err(error.to_string()))?;
         let is_double = self.mesh.with_triangles(py, |triangles| triangles.is_double())?;
-        array.call_method1("astype", (if is_double { "float64" } else { "float32" },))
+        bounds_array(py, self.core.bounds(), is_double)
     }
 
     /// The tree as a structured array, one row a node, breadth first.
     #[pyo3(signature = (*, max_depth=None, limit=None))]
     fn nodes<'py>(&self, py: Python<'py>, max_depth: Option<i64>, limit: Option<i64>) -> PyResult<Bound<'py, PyAny>> {
-        let max_depth = max_depth.map(|depth| count("max_depth", depth, 0)).transpose()?.unwrap_or(usize::MAX);
-        let limit = limit.map(|limit| count("limit", limit, 0)).transpose()?.unwrap_or(usize::MAX);
-        let max_depth = u32::try_from(max_depth).unwrap_or(u32::MAX);
-        let rows = self.mesh.with_triangles(py, |triangles| {
-            run(py, self.pool.as_ref(), |control| tree::node_table(&self.core, &triangles, max_depth, limit, control))
-        })??;
-        let numpy = py.import("numpy")?;
-        let dtype = numpy.call_method1("dtype", (node_fields(),))?;
-        let bytes = PyByteArray::new(py, bytemuck::cast_slice(&rows));
-        numpy.call_method("frombuffer", (bytes,), Some(&[("dtype", dtype)].into_py_dict(py)?))
+        let (core, pool) = (&self.core, self.pool.as_ref());
+        node_array(py, max_depth, limit, |max_depth, limit| {
+            self.mesh.with_triangles(py, |triangles| {
+                run(py, pool, |control| tree::node_table(core, &triangles, max_depth, limit, control))
+            })?
+        })
     }
 
     /// The caller's rows in leaf order, then the rejected ones.
@@ -281,6 +270,43 @@ pub fn count(name: &str, value: i64, least: usize) -> PyResult<usize> {
         .ok()
         .filter(|value| *value >= least)
         .ok_or_else(|| PyValueError::new_err(format!("{name}: {value} is below {least}")))
+}
+
+/// Threads of one's own; none of them where the number is 0.
+pub fn thread_pool(threads: usize) -> PyResult<Option<ThreadPool>> {
+    (threads > 0)
+        .then(|| ThreadPoolBuilder::new().num_threads(threads).build())
+        .transpose()
+        .map_err(|error| BihError::new_err(format!("threads: {threads} could not be started ({error})")))
+}
+
+/// Nodes visited and triangles tested.
+pub fn cost_arrays<'py>(py: Python<'py>, counts: &[Counts]) -> Pair<'py> {
+    let nodes = PyArray1::from_iter(py, counts.iter().map(|counts| counts.nodes as i32));
+    (nodes, PyArray1::from_iter(py, counts.iter().map(|counts| counts.triangles as i32)))
+}
+
+/// (2, 3) lower and upper corner.
+pub fn bounds_array<'py>(py: Python<'py>, bounds: &Bounds, is_double: bool) -> PyResult<Bound<'py, PyAny>> {
+    let array = PyArray2::from_vec2(py, &[bounds.lower.to_vec(), bounds.upper.to_vec()])
+        .map_err(|error| BihError::new_err(error.to_string()))?;
+    array.call_method1("astype", (if is_double { "float64" } else { "float32" },))
+}
+
+/// Rows of nodes as a structured array.
+pub fn node_array<'py>(
+    py: Python<'py>,
+    max_depth: Option<i64>,
+    limit: Option<i64>,
+    read: impl FnOnce(u32, usize) -> PyResult<Vec<NodeRow>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let max_depth = max_depth.map(|depth| count("max_depth", depth, 0)).transpose()?.unwrap_or(usize::MAX);
+    let limit = limit.map(|limit| count("limit", limit, 0)).transpose()?.unwrap_or(usize::MAX);
+    let rows = read(u32::try_from(max_depth).unwrap_or(u32::MAX), limit)?;
+    let numpy = py.import("numpy")?;
+    let dtype = numpy.call_method1("dtype", (node_fields(),))?;
+    let bytes = PyByteArray::new(py, bytemuck::cast_slice(&rows));
+    numpy.call_method("frombuffer", (bytes,), Some(&[("dtype", dtype)].into_py_dict(py)?))
 }
 
 fn node_fields() -> Vec<(&'static str, &'static str)> {

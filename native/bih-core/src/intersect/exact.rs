@@ -5,7 +5,7 @@
 
 use std::cmp::Ordering;
 
-use num_bigint::{BigInt, Sign};
+use num_bigint::{BigInt, BigUint, Sign};
 
 use super::fixed::{parts, scale};
 use super::whole::Question;
@@ -18,7 +18,7 @@ pub struct Dyadic {
     exponent: i64,
 }
 
-type Point = [Dyadic; 3];
+pub(super) type Point = [Dyadic; 3];
 
 impl Dyadic {
     pub fn new(x: f64) -> Self {
@@ -43,8 +43,27 @@ impl Dyadic {
         self.combine(other, |a, b| a - b)
     }
 
-    fn times(&self, other: &Self) -> Self {
+    pub fn times(&self, other: &Self) -> Self {
         Self { mantissa: &self.mantissa * &other.mantissa, exponent: self.exponent + other.exponent }
+    }
+
+    /// The nearest double, of two that are as near the even one; infinite beyond the largest.
+    pub fn to_f64(&self) -> f64 {
+        let bits = self.mantissa.bits() as i64;
+        // The power of two that the last bit of the double stands for.
+        let last = (self.exponent + bits - i64::from(f64::MANTISSA_DIGITS)).max(-1074);
+        let dropped = (last - self.exponent).max(0) as u64;
+        let magnitude = self.mantissa.magnitude();
+        let mut rounded = magnitude >> dropped;
+        let rest = magnitude - (&rounded << dropped);
+        let half = (dropped > 0).then(|| rest.cmp(&(BigUint::from(1u8) << (dropped - 1))));
+        if half == Some(Ordering::Greater) || half == Some(Ordering::Equal) && rounded.bit(0) {
+            rounded += 1u8;
+        }
+        // At most 54 bits, the last of which is zero then; scaling is exact.
+        let value = rounded.iter_u64_digits().next().unwrap_or(0) as f64;
+        let value = scale(value, self.exponent + dropped as i64);
+        if self.sign() == Ordering::Less { -value } else { value }
     }
 
     pub fn sign(&self) -> Ordering {
@@ -153,8 +172,12 @@ pub fn side(a: &[f64; 2], b: &[f64; 2], p: &[f64; 2]) -> Ordering {
 
 /// Whether the three corners lie on a line.
 pub fn is_degenerate(corners: &Corners) -> bool {
-    let [a, b, c] = corners.map(|corner| point(&corner));
-    cross(&difference(&b, &a), &difference(&c, &a)).iter().all(|x| x.sign() == Ordering::Equal)
+    are_on_a_line(&corners.map(|corner| point(&corner)))
+}
+
+/// Whether three points lie on a line.
+pub(super) fn are_on_a_line([a, b, c]: &[Point; 3]) -> bool {
+    cross(&difference(b, a), &difference(c, a)).iter().all(|x| x.sign() == Ordering::Equal)
 }
 
 /// A quotient of two dyadic numbers with a positive divisor.

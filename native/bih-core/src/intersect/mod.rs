@@ -6,6 +6,7 @@ mod distance;
 mod double_double;
 mod exact;
 mod fixed;
+mod image;
 mod moller_trumbore;
 mod parity;
 mod rounding;
@@ -14,6 +15,7 @@ mod whole;
 
 pub use containment::{PointTest, Sight};
 pub use distance::{Distance, weights};
+pub use image::{image_has_no_area, rounded_sum};
 pub use moller_trumbore::{Meeting, SingleHit, SingleRay};
 pub use rounding::{rounded, rounded_quickly};
 pub use watertight::{RayTest, has_no_area};

@@ -11,7 +11,7 @@ use super::{EPSILON, exact};
 use crate::geometry::{Bounds, Corners, Ray, Vector, cross, dot, subtract};
 
 /// Products of three numbers of at most twice this size do not overflow.
-const LARGEST: f64 = 1e90;
+pub(super) const LARGEST: f64 = 1e90;
 /// More than the roundings of subnormal products can add up to while every factor is below `LARGEST`.
 pub(super) const UNDERFLOW: f64 = 1e-200;
 

@@ -19,6 +19,7 @@ pub use cost::ExpectedCost;
 pub use node::KdNode;
 pub use packet::{LANES, Packet};
 pub use split::Costs;
+pub(crate) use walk::walk_around;
 pub use walk::{Stack, walk, walk_packet};
 
 use crate::geometry::Bounds;

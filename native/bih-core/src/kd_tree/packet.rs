@@ -4,6 +4,7 @@
 //! Coherent Ray Tracing"). The bounds are those of docs/accuracy.md, section 1.
 
 use crate::geometry::{Bounds, Ray};
+use crate::traverse::Aim;
 
 /// Rays of a 2 × 2 packet.
 pub const LANES: usize = 4;
@@ -14,7 +15,9 @@ const PAD: f64 = 4.0 * f64::EPSILON;
 /// Rays whose directions have the same signs, so that all see the children of a node in the same order.
 #[derive(Debug, Clone, Copy)]
 pub struct Packet<const N: usize = LANES> {
-    origin: [[f64; N]; 3],
+    /// The origins as near to what is ahead, and as far from it, as they may be.
+    nearest: [[f64; N]; 3],
+    farthest: [[f64; N]; 3],
     /// 1/d rounded towards zero and away from it, both with the sign of d.
     least: [[f64; N]; 3],
     most: [[f64; N]; 3],
@@ -31,7 +34,8 @@ impl<const N: usize> Packet<N> {
     pub fn new(rays: &[Ray; N], active: [bool; N]) -> Option<Self> {
         let example = &rays[active.iter().position(|&active| active)?];
         let mut packet = Self {
-            origin: [[0.0; N]; 3],
+            nearest: [[0.0; N]; 3],
+            farthest: [[0.0; N]; 3],
             least: [[1.0; N]; 3],
             most: [[1.0; N]; 3],
             negative: example.direction.map(f64::is_sign_negative),
@@ -44,11 +48,24 @@ impl<const N: usize> Packet<N> {
                 if ray.direction[axis].is_sign_negative() != packet.negative[axis] {
                     return None;
                 }
-                packet.origin[axis][lane] = ray.origin[axis];
+                packet.nearest[axis][lane] = ray.origin[axis];
+                packet.farthest[axis][lane] = ray.origin[axis];
                 (packet.least[axis][lane], packet.most[axis][lane]) = reciprocals(ray.direction[axis]);
             }
             packet.near[lane] = ray.t_min;
             packet.far[lane] = ray.t_max;
+        }
+        Some(packet)
+    }
+
+    /// One ray that is known up to its spread.
+    #[inline(always)]
+    pub(super) fn around(aim: &Aim) -> Option<Packet<1>> {
+        let mut packet = Packet::new(&[aim.ray], [true])?;
+        for axis in 0..3 {
+            let [lower, upper] = aim.origins(axis);
+            let [nearest, farthest] = if packet.negative[axis] { [lower, upper] } else { [upper, lower] };
+            (packet.nearest[axis], packet.farthest[axis]) = ([nearest], [farthest]);
         }
         Some(packet)
     }
@@ -63,12 +80,15 @@ impl<const N: usize> Packet<N> {
     #[inline(always)]
     pub(super) fn crossings(&self, axis: usize, plane: f32) -> ([f64; N], [f64; N]) {
         let (mut earliest, mut latest) = ([0.0; N], [0.0; N]);
-        let (least, most, origin) = (&self.least[axis], &self.most[axis], &self.origin[axis]);
+        let (least, most) = (&self.least[axis], &self.most[axis]);
+        let (nearest, farthest) = (&self.nearest[axis], &self.farthest[axis]);
         for lane in 0..N {
-            let offset = f64::from(plane) - origin[lane];
             // Ahead of the origin the first is the earlier one, behind it the second.
+            let offset = f64::from(plane) - nearest[lane];
             let (a, b) = (offset * least[lane], offset * most[lane]);
             earliest[lane] = if a < b { a } else { b } - f64::MIN_POSITIVE;
+            let offset = f64::from(plane) - farthest[lane];
+            let (a, b) = (offset * least[lane], offset * most[lane]);
             latest[lane] = if a > b { a } else { b } + f64::MIN_POSITIVE;
         }
         (earliest, latest)

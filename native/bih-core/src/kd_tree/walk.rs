@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use super::MAX_DEPTH;
 use super::packet::{Packet, any, in_order, larger, smaller};
 use crate::geometry::Ray;
-use crate::traverse::Counter;
+use crate::traverse::{Aim, Counter};
 use crate::tree::{self, BinaryTree, Kind};
 
 /// The plane at which a ray leaves the child that it meets first, and the one at which it enters the other.
@@ -53,9 +53,21 @@ pub fn walk<T: BinaryTree, C: Counter>(
     ray: &Ray,
     stack: &mut Stack,
     counter: &mut C,
+    leaf: impl FnMut(&[u32]) -> ControlFlow<(), f64>,
+) {
+    walk_around(tree, &Aim::exact(ray), stack, counter, leaf);
+}
+
+/// The same for a ray that is known up to its spread.
+#[inline(always)]
+pub(crate) fn walk_around<T: BinaryTree, C: Counter>(
+    tree: &T,
+    aim: &Aim,
+    stack: &mut Stack,
+    counter: &mut C,
     mut leaf: impl FnMut(&[u32]) -> ControlFlow<(), f64>,
 ) {
-    if let Some(packet) = Packet::new(&[*ray], [true]) {
+    if let Some(packet) = Packet::<1>::around(aim) {
         walk_packet(tree, &packet, stack, counter, |rows, _| match leaf(rows) {
             ControlFlow::Continue(limit) => [limit],
             ControlFlow::Break(()) => [f64::NEG_INFINITY],

@@ -3,6 +3,7 @@
 use std::cmp::Ordering;
 use std::ops::ControlFlow;
 
+use super::aim::Aim;
 use super::closest::{distance_within, hit_at, walk};
 use super::every::{Visitor, every};
 use super::rounding::round_all;
@@ -230,7 +231,7 @@ fn fast<L: Lanes>(tree: &Tree, triangles: &Triangles, ray: &Ray, most: usize, st
             wide::visit::<L, _, _>(&scene, ray, &mut search, &mut stack.wide, &mut Uncounted);
         }
         // A computed t may lie before the node: all nodes are visited, so that which hits are kept does not depend on it.
-        None => walk(tree, triangles, &search.ray.widened(), stack, &mut Uncounted, |rows| {
+        None => walk(tree, triangles, &Aim::exact(&search.ray.widened()), stack, &mut Uncounted, |rows| {
             for &row in rows {
                 if let Some(hit) = meet(&search.ray, row, triangles)
                     && search.kept.add((hit, row))

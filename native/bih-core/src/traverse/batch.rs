@@ -116,8 +116,9 @@ pub struct Hits<F> {
 }
 
 impl RayBatch<'_> {
+    /// One of them.
     #[inline(always)]
-    fn ray(&self, row: usize) -> Ray {
+    pub fn ray(&self, row: usize) -> Ray {
         Ray {
             origin: self.origins.get(row),
             direction: self.directions.get(row),

@@ -3,6 +3,7 @@
 use std::cmp::Ordering;
 use std::ops::ControlFlow;
 
+use super::aim::Aim;
 use super::fast::FastClosest;
 use super::interval::Crossing;
 use super::scene::Scene;
@@ -98,14 +99,14 @@ impl Nearest {
 }
 
 /// The hit of a triangle that the ray meets at this distance, as precision `watertight` has it.
-pub(super) fn hit_at(test: &RayTest, row: u32, corners: &Corners, distance: &Distance) -> Hit {
+pub(crate) fn hit_at(test: &RayTest, row: u32, corners: &Corners, distance: &Distance) -> Hit {
     let [u, v] = weights(test, corners);
     Hit { t: distance.refined(test, corners).t, triangle: row, u, v }
 }
 
 /// The distance of a triangle if the ray meets it between its ends.
 #[inline(always)]
-pub(super) fn distance_within(ray: &Ray, test: &RayTest, corners: &Corners) -> Option<Distance> {
+pub(crate) fn distance_within(ray: &Ray, test: &RayTest, corners: &Corners) -> Option<Distance> {
     if !test.is_inside(corners) {
         return None;
     }
@@ -188,18 +189,18 @@ pub(super) fn two_by_two(
 pub(super) fn walk<C: Counter>(
     tree: &Tree,
     triangles: &Triangles,
-    ray: &Ray,
+    aim: &Aim,
     stack: &mut Stack,
     counter: &mut C,
     mut leaf: impl FnMut(&[u32]) -> ControlFlow<(), f64>,
 ) {
     if let Some(kd_tree) = &tree.kd_tree {
-        return kd_tree::walk(kd_tree, ray, &mut stack.alone, counter, leaf);
+        return kd_tree::walk_around(kd_tree, aim, &mut stack.alone, counter, leaf);
     }
     if tree.nodes.is_empty() {
         return;
     }
-    let crossing = Crossing::new(ray);
+    let (crossing, ray) = (Crossing::new(aim), &aim.ray);
     let (near, far) = crossing.clip(&tree.bounds, ray.t_min, ray.t_max);
     let mut limit = ray.t_max;
     stack.clear();

@@ -2,19 +2,20 @@
 
 use std::ops::ControlFlow;
 
+use super::aim::Aim;
 use super::closest::walk;
 use super::filter::Filter;
 use super::scene::{Leaf, Scene, bits};
 use super::search::Walker;
 use super::slab::Slab;
 use super::watertight::{candidates, filter, single};
-use super::{Stack, Uncounted, wide};
+use super::{Counter, Stack, Uncounted, wide};
 use crate::geometry::{Corners, Ray, Triangles};
 use crate::simd::Lanes;
 use crate::tree::Tree;
 
 /// What is done with the triangles that a ray may hit.
-pub(super) trait Visitor {
+pub(crate) trait Visitor {
     /// One of them; a kd-tree may offer it several times. Whether the answer is known now.
     fn visit(&mut self, row: u32, corners: &Corners) -> bool;
 
@@ -31,36 +32,70 @@ pub(super) fn every<L: Lanes, V: Visitor>(
     stack: &mut Stack,
     visitor: &mut V,
 ) {
+    let filter = tree.wide.as_ref().and_then(|wide| filter(ray, &Scene::new(wide, tree, triangles)));
+    along::<L, V, _>(tree, triangles, &Aim::exact(ray), filter, stack, visitor, &mut Uncounted);
+}
+
+/// The same for what is hit by the ray that this one leads to: every triangle near whose box it comes. Whether the visitor
+/// has its answer.
+#[inline(always)]
+pub(crate) fn every_near<L: Lanes, V: Visitor, C: Counter>(
+    tree: &Tree,
+    triangles: &Triangles,
+    aim: &Aim,
+    stack: &mut Stack,
+    visitor: &mut V,
+    counter: &mut C,
+) -> bool {
+    along::<L, V, C>(tree, triangles, aim, None, stack, visitor, counter)
+}
+
+#[inline(always)]
+fn along<L: Lanes, V: Visitor, C: Counter>(
+    tree: &Tree,
+    triangles: &Triangles,
+    aim: &Aim,
+    filter: Option<Filter>,
+    stack: &mut Stack,
+    visitor: &mut V,
+    counter: &mut C,
+) -> bool {
     let Some(wide) = &tree.wide else {
-        return walk(tree, triangles, ray, stack, &mut Uncounted, |rows| {
-            match rows.iter().any(|&row| visitor.visit(row, &triangles.corners(row))) {
-                true => ControlFlow::Break(()),
-                false => ControlFlow::Continue(visitor.limit()),
-            }
+        let mut is_known = false;
+        walk(tree, triangles, aim, stack, counter, |rows| {
+            is_known = rows.iter().any(|&row| visitor.visit(row, &triangles.corners(row)));
+            if is_known { ControlFlow::Break(()) } else { ControlFlow::Continue(visitor.limit()) }
         });
+        return is_known;
     };
     let scene = Scene::new(wide, tree, triangles);
     let limit = single(visitor.limit());
-    let mut guide = Guide { ray: *ray, filter: filter(ray, &scene), limit, visitor };
-    wide::visit::<L, _, _>(&scene, ray, &mut guide, &mut stack.wide, &mut Uncounted);
+    let mut guide = Guide { aim: *aim, filter, limit, is_known: false, visitor };
+    wide::visit::<L, _, _>(&scene, &aim.ray, &mut guide, &mut stack.wide, counter);
+    guide.is_known
 }
 
 /// Leads a visitor from leaf to leaf.
 struct Guide<'a, V> {
-    ray: Ray,
+    aim: Aim,
     filter: Option<Filter>,
     limit: f32,
+    is_known: bool,
     visitor: &'a mut V,
 }
 
 impl<V: Visitor> Walker for Guide<'_, V> {
     #[inline(always)]
-    fn slab(&self, ray: &Ray, scene: &Scene) -> Option<Slab> {
-        Slab::new(ray, scene)
+    fn slab(&self, _: &Ray, scene: &Scene) -> Option<Slab> {
+        Slab::around(&self.aim, scene)
     }
 
     fn ray(&self) -> Ray {
-        self.ray
+        self.aim.ray
+    }
+
+    fn aim(&self) -> Aim {
+        self.aim
     }
 
     #[inline(always)]
@@ -76,6 +111,7 @@ impl<V: Visitor> Walker for Guide<'_, V> {
             let is_single = !scene.triangles.is_double();
             let corners = if is_single { scene.corners(leaf, lane) } else { scene.triangles.corners(row) };
             if self.visitor.visit(row, &corners) {
+                self.is_known = true;
                 return true;
             }
         }

@@ -1,6 +1,7 @@
 //! Where a ray crosses axis-parallel planes, rounded so that nothing within them is ever lost.
 
-use crate::geometry::{Bounds, Ray};
+use super::aim::Aim;
+use crate::geometry::Bounds;
 
 /// Relative width that covers the four roundings of (plane − origin) · reciprocal: 8 · 2^-53.
 const PAD: f64 = 4.0 * f64::EPSILON;
@@ -8,7 +9,9 @@ const PAD: f64 = 4.0 * f64::EPSILON;
 /// Bounds on the t at which a ray meets planes.
 #[derive(Debug, Clone, Copy)]
 pub struct Crossing {
-    origin: [f64; 3],
+    /// The origin as near to what is ahead, and as far from it, as it may be.
+    nearest: [f64; 3],
+    farthest: [f64; 3],
     /// 1/d rounded towards zero and away from it, both with the sign of d.
     least: [f64; 3],
     most: [f64; 3],
@@ -16,10 +19,15 @@ pub struct Crossing {
 }
 
 impl Crossing {
-    pub fn new(ray: &Ray) -> Self {
-        let mut crossing = Self { origin: ray.origin, least: [0.0; 3], most: [0.0; 3], negative: [false; 3] };
+    pub fn new(aim: &Aim) -> Self {
+        let origin = aim.ray.origin;
+        let mut crossing =
+            Self { nearest: origin, farthest: origin, least: [0.0; 3], most: [0.0; 3], negative: [false; 3] };
         for axis in 0..3 {
-            let direction = ray.direction[axis];
+            let direction = aim.ray.direction[axis];
+            let [lower, upper] = aim.origins(axis);
+            (crossing.nearest[axis], crossing.farthest[axis]) =
+                if direction.is_sign_negative() { (lower, upper) } else { (upper, lower) };
             let reciprocal = 1.0 / direction;
             let (least, most) = if direction == 0.0 {
                 (f64::INFINITY, f64::INFINITY)
@@ -51,7 +59,7 @@ impl Crossing {
     /// At most the t at which the plane is met; NaN where the ray lies in the plane: it says nothing.
     #[inline(always)]
     pub fn earliest(&self, axis: usize, plane: f32) -> f64 {
-        let offset = f64::from(plane) - self.origin[axis];
+        let offset = f64::from(plane) - self.nearest[axis];
         let is_ahead = (offset < 0.0) == self.negative[axis];
         let reciprocal = if is_ahead { self.least[axis] } else { self.most[axis] };
         offset * reciprocal - f64::MIN_POSITIVE
@@ -60,7 +68,7 @@ impl Crossing {
     /// At least the t at which the plane is met; NaN where the ray lies in the plane: it says nothing.
     #[inline(always)]
     pub fn latest(&self, axis: usize, plane: f32) -> f64 {
-        let offset = f64::from(plane) - self.origin[axis];
+        let offset = f64::from(plane) - self.farthest[axis];
         let is_ahead = (offset < 0.0) == self.negative[axis];
         let reciprocal = if is_ahead { self.most[axis] } else { self.least[axis] };
         offset * reciprocal + f64::MIN_POSITIVE
@@ -84,9 +92,14 @@ impl Crossing {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::{Ray, Vector};
+
+    fn along(origin: Vector, direction: Vector) -> Crossing {
+        Crossing::new(&Aim::exact(&Ray::new(origin, direction)))
+    }
 
     fn crossing(origin: f64, direction: f64) -> Crossing {
-        Crossing::new(&Ray::new([origin, 0.0, 0.0], [direction, 1.0, 0.0]))
+        along([origin, 0.0, 0.0], [direction, 1.0, 0.0])
     }
 
     #[test]
@@ -111,10 +124,25 @@ mod tests {
     fn a_ray_in_a_side_of_the_bounds_is_within_them() {
         let bounds = Bounds { lower: [0.0; 3], upper: [1.0; 3] };
         for direction in [[0.0, 0.0, 1.0], [-0.0, -0.0, 1.0]] {
-            let (near, far) = Crossing::new(&Ray::new([0.0, 1.0, -1.0], direction)).clip(&bounds, 0.0, f64::INFINITY);
+            let (near, far) = along([0.0, 1.0, -1.0], direction).clip(&bounds, 0.0, f64::INFINITY);
             assert!(near <= 1.0 && (2.0..2.1).contains(&far));
-            let (near, far) = Crossing::new(&Ray::new([-1e-9, 1.0, -1.0], direction)).clip(&bounds, 0.0, f64::INFINITY);
+            let (near, far) = along([-1e-9, 1.0, -1.0], direction).clip(&bounds, 0.0, f64::INFINITY);
             assert!(near > far);
+        }
+    }
+
+    #[test]
+    fn what_a_ray_is_near_to_is_within_its_spread() {
+        let bounds = Bounds { lower: [0.0; 3], upper: [1.0; 3] };
+        for direction in [[0.0, 0.0, 1.0], [-0.0, 1e-9, 1.0]] {
+            let ray = Ray::new([-0.25, 0.5, -1.0], direction);
+            let clip = |spread: f64| Crossing::new(&Aim { ray, spread: [spread; 3] }).clip(&bounds, 0.0, f64::INFINITY);
+            let (near, far) = clip(0.25);
+            assert!(near <= 0.75 && far >= 2.25, "{near} {far}");
+            let (near, far) = clip(0.125);
+            assert!(near > far);
+            let (near, far) = clip(f64::INFINITY);
+            assert_eq!([near, far], [0.0, f64::INFINITY]);
         }
     }
 }

@@ -1,5 +1,6 @@
 //! Queries: the nearest hit, any hit, and the naive intersector that they are tested against.
 
+mod aim;
 mod all;
 mod batch;
 mod closest;
@@ -27,10 +28,13 @@ mod trace;
 mod watertight;
 mod wide;
 
+pub(crate) use aim::Aim;
 pub use batch::{Float, Hits, Limits, RayBatch, Vectors};
 pub use closest::Hit;
+pub(crate) use closest::{distance_within, hit_at};
 pub use contains::contains;
 pub use counters::{Counter, Counts, Uncounted};
+pub(crate) use every::{Visitor, every_near};
 pub use lists::HitLists;
 pub use naive::{naive_all, naive_closest, naive_contains, naive_count, naive_occluded};
 pub use packet::PACKET;

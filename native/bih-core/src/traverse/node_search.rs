@@ -3,6 +3,7 @@
 use std::array::from_fn;
 use std::ops::ControlFlow;
 
+use super::aim::Aim;
 use super::closest::{Nearest, distance_within, walk};
 use super::{Counter, Hit, Stack, Uncounted};
 use crate::geometry::{Ray, Triangles};
@@ -104,7 +105,7 @@ pub(super) fn search<S: NodeSearch, C: Counter>(
     counter: &mut C,
 ) -> S::Answer {
     let mut search = S::new(ray, tree);
-    walk(tree, triangles, &search.ray(), stack, counter, |rows| {
+    walk(tree, triangles, &Aim::exact(&search.ray()), stack, counter, |rows| {
         search.test(rows, triangles);
         let limit = search.limit();
         if limit == f64::NEG_INFINITY { ControlFlow::Break(()) } else { ControlFlow::Continue(limit) }

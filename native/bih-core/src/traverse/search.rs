@@ -1,5 +1,6 @@
 //! What a query keeps of one ray on its way through wide records.
 
+use super::aim::Aim;
 use super::scene::{Leaf, Scene};
 use super::slab::Slab;
 use crate::geometry::Ray;
@@ -12,6 +13,11 @@ pub(super) trait Walker {
 
     /// The ray that is walked in double precision.
     fn ray(&self) -> Ray;
+
+    /// The same with what it may be off by.
+    fn aim(&self) -> Aim {
+        Aim::exact(&self.ray())
+    }
 
     /// Past this nothing matters.
     fn limit(&self) -> f32;

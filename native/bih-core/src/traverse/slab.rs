@@ -1,5 +1,6 @@
 //! Eight boxes at a time, in single precision, rounded outward: docs/accuracy.md, section 4.
 
+use super::aim::Aim;
 use super::scene::Scene;
 use crate::geometry::{Bounds, Ray, round_down, round_up};
 use crate::intersect::SingleRay;
@@ -56,10 +57,15 @@ impl Axis {
     /// the other one nearer.
     #[inline(always)]
     fn new(ray: &Ray, axis: usize) -> Self {
-        let [lower, upper] = [round_down(ray.origin[axis]), round_up(ray.origin[axis])];
-        let is_negative = ray.direction[axis].is_sign_negative();
+        Self::between(axis, [ray.origin[axis]; 2], ray.direction[axis])
+    }
+
+    /// The same where the origin is somewhere between two coordinates.
+    #[inline(always)]
+    fn between(axis: usize, [least, greatest]: [f64; 2], direction: f64) -> Self {
+        let [lower, upper] = [round_down(least), round_up(greatest)];
+        let is_negative = direction.is_sign_negative();
         let origins = if is_negative { [lower, upper] } else { [upper, lower] };
-        let direction = ray.direction[axis];
         Self::of(axis, is_negative, origins, padded((1.0 / direction) as f32, direction))
     }
 
@@ -124,6 +130,26 @@ impl Slab {
         }
         Some(Self {
             axes: [Axis::new(ray, 0), Axis::new(ray, 1), Axis::new(ray, 2)],
+            t_min: round_down(ray.t_min),
+            octant: octant(ray.direction.map(f64::is_sign_negative)),
+        })
+    }
+
+    /// The same where the ray is known up to its spread.
+    #[inline(always)]
+    pub(super) fn around(aim: &Aim, scene: &Scene) -> Option<Self> {
+        let Aim { ray, spread } = aim;
+        let is_near = (0..3).all(|axis| ray.origin[axis].abs() + spread[axis] < f64::from(RANGE));
+        if !(ray.t_min >= 0.0 && is_near && scene.is_small) {
+            return None;
+        }
+        let [dx, dy, dz] = ray.direction;
+        Some(Self {
+            axes: [
+                Axis::between(0, aim.origins(0), dx),
+                Axis::between(1, aim.origins(1), dy),
+                Axis::between(2, aim.origins(2), dz),
+            ],
             t_min: round_down(ray.t_min),
             octant: octant(ray.direction.map(f64::is_sign_negative)),
         })

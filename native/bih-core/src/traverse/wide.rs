@@ -100,8 +100,8 @@ pub(super) fn walk_slowly<W: Walker, C: Counter>(
     stack: &mut Postponed,
     counter: &mut C,
 ) {
-    let ray = walker.ray();
-    let crossing = Crossing::new(&ray);
+    let aim = walker.aim();
+    let (crossing, ray) = (Crossing::new(&aim), aim.ray);
     stack.reserve(scene.depth());
     let mut space = Record::EMPTY;
     let (mut word, mut end) = (0, stack.start(0));

@@ -1,6 +1,6 @@
 """bihtree: ray queries on triangle meshes by a Bounding Interval Hierarchy."""
 
-from ._bihtree import Camera, HitLists, Hits, Stats, Tree, __version__, cpu_features, render
+from ._bihtree import Camera, HitLists, Hits, Scene, Stats, Tree, __version__, cpu_features, render
 from .errors import BihError, Cancelled, FileFormatError, GeometryError
 
 __all__ = [
@@ -11,6 +11,7 @@ __all__ = [
     "GeometryError",
     "HitLists",
     "Hits",
+    "Scene",
     "Stats",
     "Tree",
     "__version__",

@@ -1,0 +1,18 @@
+//! A tree over trees: instances of meshes, each where a matrix takes it.
+//!
+//! What is hit is the image of a triangle, and the ray is as it is given. The inverse of a matrix only leads through the
+//! tree of the mesh, rounded outward; docs/accuracy.md, section 9, derives by how much.
+
+mod affine;
+mod batch;
+mod boxes;
+mod inverse;
+mod queries;
+mod scene;
+mod walk;
+
+pub use affine::Affine;
+pub use batch::{SceneHits, SceneTracer};
+pub use queries::SceneHit;
+pub use scene::{Model, Scene};
+pub use walk::Stacks;

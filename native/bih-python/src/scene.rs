@@ -1,0 +1,314 @@
+//! Scenes and their queries.
+
+use std::sync::{Arc, PoisonError, RwLock};
+
+use bih_core::build::Precision;
+use bih_core::instances::{Model, Scene as CoreScene, SceneHits, SceneTracer};
+use bih_core::simd::FloatEnvironment;
+use bih_core::traverse::{Float, RayBatch};
+use bih_core::{Control, Error};
+use numpy::{Element, PyArray, PyArray1, PyArrayDescrMethods, PyArrayMethods, PyUntypedArrayMethods};
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyList;
+use rayon::ThreadPool;
+
+use crate::arrays::{Limit, as_array, converted, kind, wrong};
+use crate::errors::GeometryError;
+use crate::hits::Hits;
+use crate::query::{SUPERVISED, with_rays};
+use crate::stats::Stats;
+use crate::supervise::{run, supervise};
+use crate::tree::{Pair, Tree, bounds_array, cost_arrays, count, node_array, thread_pool};
+
+/// Instances of trees: a tree over trees, with the same queries.
+#[pyclass(frozen, module = "bihtree")]
+pub struct Scene {
+    trees: Vec<Py<Tree>>,
+    rows: Vec<u32>,
+    precision: Precision,
+    is_double: bool,
+    /// Replaced as a whole, so that a query goes on with what it began with.
+    core: RwLock<Arc<CoreScene>>,
+    pool: Option<ThreadPool>,
+}
+
+type Matrices = Vec<[[f64; 4]; 4]>;
+
+#[pymethods]
+impl Scene {
+    #[new]
+    #[pyo3(signature = (trees, instances, matrices, *, threads=0))]
+    fn new(
+        py: Python<'_>,
+        trees: &Bound<'_, PyAny>,
+        instances: &Bound<'_, PyAny>,
+        matrices: &Bound<'_, PyAny>,
+        threads: i64,
+    ) -> PyResult<Self> {
+        let trees = read_trees(trees)?;
+        let precision = common_precision(&trees)?;
+        let rows = read_rows(instances, trees.len())?;
+        let matrices = read_matrices(matrices, rows.len())?;
+        let pool = thread_pool(count("threads", threads, 0)?)?;
+        let mut is_double = false;
+        for tree in &trees {
+            is_double |= tree.get().is_double(py)?;
+        }
+        let core = placed(py, &trees, &rows, &matrices, pool.as_ref())?;
+        Ok(Self { trees, rows, precision, is_double, core: RwLock::new(Arc::new(core)), pool })
+    }
+
+    /// The nearest hit of each ray.
+    #[pyo3(signature = (origins, directions, *, t_min=Limit::Number(0.0), t_max=Limit::Number(f64::INFINITY)),
+        text_signature = "($self, origins, directions, *, t_min=0.0, t_max=1e999)")]
+    fn intersect(
+        &self,
+        py: Python<'_>,
+        origins: &Bound<'_, PyAny>,
+        directions: &Bound<'_, PyAny>,
+        t_min: Limit<'_>,
+        t_max: Limit<'_>,
+    ) -> PyResult<Hits> {
+        if self.is_double {
+            self.closest::<f64>(py, origins, directions, &t_min, &t_max)
+        } else {
+            self.closest::<f32>(py, origins, directions, &t_min, &t_max)
+        }
+    }
+
+    /// Whether each ray hits anything.
+    #[pyo3(signature = (origins, directions, *, t_min=Limit::Number(0.0), t_max=Limit::Number(f64::INFINITY)),
+        text_signature = "($self, origins, directions, *, t_min=0.0, t_max=1e999)")]
+    fn occluded<'py>(
+        &self,
+        py: Python<'py>,
+        origins: &Bound<'py, PyAny>,
+        directions: &Bound<'py, PyAny>,
+        t_min: Limit<'py>,
+        t_max: Limit<'py>,
+    ) -> PyResult<Bound<'py, PyArray1<bool>>> {
+        let answers = self.query(py, origins, directions, &t_min, &t_max, |tracer, rays, control| {
+            Ok(tracer.occluded_of(rays, control)?)
+        })?;
+        Ok(PyArray::from_vec(py, answers))
+    }
+
+    /// Nodes visited and triangles tested by `intersect` for each ray.
+    fn traversal_cost<'py>(
+        &self,
+        py: Python<'py>,
+        origins: &Bound<'py, PyAny>,
+        directions: &Bound<'py, PyAny>,
+    ) -> PyResult<Pair<'py>> {
+        let all = (Limit::Number(0.0), Limit::Number(f64::INFINITY));
+        let counts = self.query(py, origins, directions, &all.0, &all.1, |tracer, rays, control| {
+            Ok(tracer.cost_of(rays, control)?)
+        })?;
+        Ok(cost_arrays(py, &counts))
+    }
+
+    /// Put every instance to another place; the trees stay as they are.
+    fn set_matrices(&self, py: Python<'_>, matrices: &Bound<'_, PyAny>) -> PyResult<()> {
+        let matrices = read_matrices(matrices, self.rows.len())?;
+        let core = Arc::new(placed(py, &self.trees, &self.rows, &matrices, self.pool.as_ref())?);
+        *self.core.write().unwrap_or_else(PoisonError::into_inner) = core;
+        Ok(())
+    }
+
+    /// The trees that instances are of.
+    #[getter]
+    fn trees<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
+        PyList::new(py, &self.trees)
+    }
+
+    /// What the upper tree is and what it cost.
+    #[getter]
+    fn stats(&self) -> Stats {
+        let core = self.core();
+        let mesh_bytes = 0;
+        Stats::new(core.stats(), ["bih", "compact", "sah", self.precision.name()], "eager", mesh_bytes)
+    }
+
+    /// (2, 3) lower and upper corner; inf and -inf where there is nothing to hit.
+    #[getter]
+    fn bounds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        bounds_array(py, self.core().bounds(), self.is_double)
+    }
+
+    /// The upper tree as a structured array, one row a node, breadth first.
+    #[pyo3(signature = (*, max_depth=None, limit=None))]
+    fn nodes<'py>(&self, py: Python<'py>, max_depth: Option<i64>, limit: Option<i64>) -> PyResult<Bound<'py, PyAny>> {
+        let core = self.core();
+        node_array(py, max_depth, limit, |max_depth, limit| {
+            run(py, self.pool.as_ref(), |control| core.nodes(max_depth, limit, control))
+        })
+    }
+
+    fn __reduce__(&self) -> PyResult<()> {
+        Err(PyTypeError::new_err("a bihtree.Scene cannot be pickled; save its trees and load them where it is needed"))
+    }
+
+    fn __repr__(&self) -> String {
+        let (stats, trees) = (self.core().stats().clone(), self.trees.len());
+        format!("<bihtree.Scene: {} instances of {trees} trees, {} triangles>", self.rows.len(), stats.triangles)
+    }
+}
+
+impl Scene {
+    fn core(&self) -> Arc<CoreScene> {
+        self.core.read().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    fn closest<F: Float + Element>(
+        &self,
+        py: Python<'_>,
+        origins: &Bound<'_, PyAny>,
+        directions: &Bound<'_, PyAny>,
+        t_min: &Limit<'_>,
+        t_max: &Limit<'_>,
+    ) -> PyResult<Hits> {
+        let SceneHits { hits, instance } =
+            self.query(py, origins, directions, t_min, t_max, |tracer, rays, control| {
+                Ok(tracer.closest_of::<F>(rays, control)?)
+            })?;
+        Ok(Hits::of(py, hits, instance))
+    }
+
+    /// Check the rays and hand them to `work` with the scene, supervised unless there are few.
+    fn query<'py, T: Send>(
+        &self,
+        py: Python<'py>,
+        origins: &Bound<'py, PyAny>,
+        directions: &Bound<'py, PyAny>,
+        t_min: &Limit<'py>,
+        t_max: &Limit<'py>,
+        work: impl FnOnce(&SceneTracer, &RayBatch, &Control) -> Result<T, Error> + Send,
+    ) -> PyResult<T> {
+        let (core, pool) = (self.core(), self.pool.as_ref());
+        with_rays(origins, directions, t_min, t_max, |batch| {
+            with_models(py, &self.trees, |models| {
+                let work = |control: &Control| work(&SceneTracer { scene: &core, models }, batch, control);
+                if batch.len() < SUPERVISED { run(py, pool, work) } else { supervise(py, pool, None, work) }
+            })
+        })
+    }
+}
+
+fn placed(
+    py: Python<'_>,
+    trees: &[Py<Tree>],
+    rows: &[u32],
+    matrices: &Matrices,
+    pool: Option<&ThreadPool>,
+) -> PyResult<CoreScene> {
+    let _standard = FloatEnvironment::standard();
+    with_models(py, trees, |models| {
+        supervise(py, pool, None, |control| CoreScene::new(models, rows, matrices, control))
+    })
+}
+
+/// Call `read` with the trees and views of their triangles.
+fn with_models<R>(py: Python<'_>, trees: &[Py<Tree>], read: impl FnOnce(&[Model]) -> PyResult<R>) -> PyResult<R> {
+    let views = trees.iter().map(|tree| tree.get().mesh.view(py)).collect::<PyResult<Vec<_>>>()?;
+    let models = trees
+        .iter()
+        .zip(&views)
+        .map(|(tree, view)| Ok(Model { tree: &tree.get().core, triangles: view.triangles()? }))
+        .collect::<PyResult<Vec<_>>>()?;
+    read(&models)
+}
+
+fn read_trees(trees: &Bound<'_, PyAny>) -> PyResult<Vec<Py<Tree>>> {
+    let refuse = |text: String| PyTypeError::new_err(text);
+    let items = trees.try_iter().map_err(|_| refuse("trees: expected a sequence of bihtree.Tree".to_owned()))?;
+    items
+        .enumerate()
+        .map(|(row, item)| {
+            let item = item?;
+            let name = item.get_type().name()?;
+            item.cast_into::<Tree>()
+                .map(Bound::unbind)
+                .map_err(|_| refuse(format!("trees: row {row} is a {name}; expected a bihtree.Tree")))
+        })
+        .collect()
+}
+
+/// The precision that all trees have.
+fn common_precision(trees: &[Py<Tree>]) -> PyResult<Precision> {
+    let precision = |tree: &Py<Tree>| tree.get().core.precision();
+    let first = trees.first().map(precision).unwrap_or_default();
+    match trees.iter().position(|tree| precision(tree) != first) {
+        None if first == Precision::Exact => {
+            Err(PyValueError::new_err("trees: row 0 has precision \"exact\"; a scene has \"watertight\" or \"fast\""))
+        }
+        None => Ok(first),
+        Some(row) => {
+            let (first, other) = (first.name(), precision(&trees[row]).name());
+            let text = format!("trees: row {row} has precision {other:?}, row 0 {first:?}; a scene has one of them");
+            Err(PyValueError::new_err(text))
+        }
+    }
+}
+
+/// (M,) integers, each a row of the trees.
+fn read_rows(instances: &Bound<'_, PyAny>, trees: usize) -> PyResult<Vec<u32>> {
+    let array = as_array("instances", instances)?;
+    let is_empty = array.len() == 0;
+    if !matches!(array.shape(), [_]) || !(matches!(kind(&array), 'i' | 'u') || is_empty) {
+        return wrong("instances", "(M,) integers", &array);
+    }
+    let is_large = kind(&array) == 'u' && array.dtype().itemsize() == 8;
+    let rows: Vec<i128> = if is_large {
+        converted(&array, "uint64")?
+            .cast_into::<PyArray1<u64>>()?
+            .try_readonly()?
+            .as_slice()?
+            .iter()
+            .map(|&row| row.into())
+            .collect()
+    } else {
+        converted(&array, "int64")?
+            .cast_into::<PyArray1<i64>>()?
+            .try_readonly()?
+            .as_slice()?
+            .iter()
+            .map(|&row| row.into())
+            .collect()
+    };
+    rows.iter()
+        .enumerate()
+        .map(|(place, &row)| match usize::try_from(row) {
+            Ok(number) if number < trees => Ok(number as u32),
+            _ => Err(GeometryError::new_err(format!(
+                "instances: row {place} refers to tree {row}, but there are {trees} trees"
+            ))),
+        })
+        .collect()
+}
+
+/// (M, 4, 4) finite numbers, the last row of each 0, 0, 0, 1.
+fn read_matrices(matrices: &Bound<'_, PyAny>, instances: usize) -> PyResult<Matrices> {
+    let array = as_array("matrices", matrices)?;
+    if !matches!(array.shape(), [_, 4, 4]) || !matches!(kind(&array), 'f' | 'i' | 'u') {
+        return wrong("matrices", "(M, 4, 4) real numbers", &array);
+    }
+    if array.shape()[0] != instances {
+        let rows = array.shape()[0];
+        return Err(GeometryError::new_err(format!("matrices: {rows} rows, but instances has {instances}")));
+    }
+    let array = converted(&array, "float64")?.cast_into::<PyArray<f64, numpy::Ix3>>()?;
+    let array = array.try_readonly()?;
+    let matrices: &[[[f64; 4]; 4]] = bytemuck::cast_slice(array.as_slice()?);
+    for (row, matrix) in matrices.iter().enumerate() {
+        if let Some(x) = matrix.as_flattened().iter().find(|x| !x.is_finite()) {
+            return Err(GeometryError::new_err(format!("matrices: row {row} holds {x}")));
+        }
+        if matrix[3] != [0.0, 0.0, 0.0, 1.0] {
+            let [x, y, z, w] = matrix[3];
+            let text = format!("matrices: row {row} ends with ({x}, {y}, {z}, {w}); expected (0, 0, 0, 1)");
+            return Err(GeometryError::new_err(text));
+        }
+    }
+    Ok(matrices.to_vec())
+}
