@@ -24,6 +24,9 @@ from .errors import BihError as BihError
 from .errors import Cancelled as Cancelled
 from .errors import FileFormatError as FileFormatError
 from .errors import GeometryError as GeometryError
+from .hits import HitLists as HitLists
+from .hits import Hits as Hits
+from .scene import Scene as Scene
 
 __all__ = [
     "BihError",
@@ -47,78 +50,6 @@ def cpu_features() -> list[str]:
     """The instruction sets this process dispatches to, best first, for example ["avx512", "avx2", "scalar"]; others are
     "neon". The environment variable BIHTREE_ISA leaves only the one it names, and "scalar"; where it names what the
     processor does not have, importing bihtree raises ImportError. Which of them runs changes no result."""
-
-@final
-class Hits:
-    """The answer to a batch of N rays, as NumPy arrays that own their memory."""
-
-    @property
-    def t(self) -> NDArray[np.floating]:
-        """(N,) distance along the ray; inf where nothing was hit. Within one unit in the last place of the true value
-        in float32 and where precision is "exact", else within 2^-40 of it, relatively; no such promise where precision
-        is "fast"."""
-
-    @property
-    def triangle(self) -> NDArray[np.int32]:
-        """(N,) the caller's row; -1 where nothing was hit."""
-
-    @property
-    def u(self) -> NDArray[np.floating]:
-        """(N,) barycentric weight of the triangle's second vertex, 0 for a miss; within 2^-32 and one rounding, where
-        precision is "exact" within one unit in the last place."""
-
-    @property
-    def v(self) -> NDArray[np.floating]:
-        """(N,) and of its third."""
-
-    @property
-    def instance(self) -> NDArray[np.int32]:
-        """(N,) the row of the instance in a Scene, 0 for a hit in a Tree, -1 for a miss."""
-
-    @property
-    def invalid(self) -> int:
-        """Rays that no answer could be given for."""
-
-    @property
-    def hit(self) -> NDArray[np.bool_]:
-        """(N,) whether anything was hit."""
-
-    def __len__(self) -> int: ...
-
-@final
-class HitLists:
-    """All triangles hit by each of N rays (both at a shared edge), as NumPy arrays that own their memory: M hits in
-    all, those of ray i in the rows offsets[i]:offsets[i+1], nearest first and of equal distances the lower row
-    first."""
-
-    @property
-    def offsets(self) -> NDArray[np.int64]:
-        """(N+1,) where the hits of each ray start, and where the last ones end: the first is 0, the last is M. A ray
-        that hits nothing, and an invalid one, has none."""
-
-    @property
-    def t(self) -> NDArray[np.floating]:
-        """(M,) distance along the ray, in units of the direction's length; dtype and error as of `Hits.t`. Their order
-        is that of the true values, whatever they are rounded to; where precision is "fast", that of these numbers."""
-
-    @property
-    def triangle(self) -> NDArray[np.int32]:
-        """(M,) the caller's row; none twice for one ray."""
-
-    @property
-    def u(self) -> NDArray[np.floating]:
-        """(M,) barycentric weight of the triangle's second vertex, as of `Hits.u`."""
-
-    @property
-    def v(self) -> NDArray[np.floating]:
-        """(M,) and of its third."""
-
-    @property
-    def instance(self) -> NDArray[np.int32]:
-        """(M,) 0 in a Tree."""
-
-    def __len__(self) -> int:
-        """N, the rays."""
 
 @final
 class Stats:
@@ -349,70 +280,6 @@ class Tree:
         All of the file is checked first, by checksums and by the rules of `validate`: raises FileFormatError naming
         what is wrong with one that is damaged, made up, of another version or no saved tree, and OSError where it
         cannot be read."""
-
-@final
-class Scene:
-    """Instances of trees: a tree over trees (docs/decisions/instances.md).
-
-    What is hit is the image M·v of a triangle of the mesh, and the ray is as it is given: the inverse of a matrix only
-    leads through the mesh's tree, and what it may be off by is allowed for (docs/accuracy.md, section 9). Each coordinate
-    of M·v is rounded once, to float64, the same for all triangles that share a vertex, so that no ray passes between
-    them; then everything is decided exactly, also where precision is "fast". A triangle whose image has no area is not
-    hit, nor is one whose image lies beyond the largest float64. Of equal t the lower instance is hit, and in it the lower
-    triangle. The scene keeps its trees; any structure, layout and build will do, and several threads may query at once.
-
-    An instance whose matrix has no inverse, or none that float64 can lead by, gets a tree of its own over the images of
-    its triangles; stats.left_out["inverse"] says how many there are."""
-
-    def __new__(
-        cls, trees: Sequence[Tree], instances: ArrayLike, matrices: ArrayLike, *, threads: int = 0
-    ) -> Scene:
-        """instances: (M,) integer rows of `trees`; several may show one tree, and some trees none.
-        matrices: (M, 4, 4) finite numbers, object to world, the last row of each (0, 0, 0, 1); mirrored, sheared and
-            singular ones too.
-        threads: of construction and queries; 0: all cores this process may use.
-
-        Raises TypeError (a tree that is none), ValueError (trees of different precisions, or of "exact"), GeometryError
-        (shape, dtype, a row out of range, a number that is not finite).
-        """
-
-    def intersect(
-        self, origins: ArrayLike, directions: ArrayLike, *, t_min: ArrayLike = 0.0, t_max: ArrayLike = np.inf
-    ) -> Hits:
-        """The nearest hit of each ray: `triangle` is a row of the mesh, `instance` one of the scene. Arguments and
-        errors as of `Tree.intersect`; float64 results where a tree has float64 vertices."""
-
-    def occluded(
-        self, origins: ArrayLike, directions: ArrayLike, *, t_min: ArrayLike = 0.0, t_max: ArrayLike = np.inf
-    ) -> NDArray[np.bool_]:
-        """(N,) whether each ray hits anything; arguments and errors as of `Tree.intersect`."""
-
-    def traversal_cost(self, origins: ArrayLike, directions: ArrayLike) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-        """(N,) nodes visited, of the upper tree and of those of the instances, and (N,) triangles tested by `intersect`
-        for each ray; 0 for an invalid one."""
-
-    def set_matrices(self, matrices: ArrayLike) -> None:
-        """Put all instances to other places, in the same order: builds the upper tree again, and no tree of a mesh. A
-        query that runs meanwhile in another thread goes on with the old places. Errors as of the constructor, and then
-        everything stays as it was."""
-
-    @property
-    def trees(self) -> Sequence[Tree]:
-        """Those that the instances show, in their order."""
-
-    @property
-    def stats(self) -> Stats:
-        """What the upper tree is: its nodes, leaves and depth; triangles are those of all instances together,
-        references the instances that can be hit, rejected the others. tree_bytes holds also what is kept of each
-        instance, and the trees of their own that some have, but not those of the meshes."""
-
-    @property
-    def bounds(self) -> NDArray[np.floating]:
-        """(2, 3) lower and upper corner of the instances' boxes, rounded outward to float32; inf and -inf for
-        nothing."""
-
-    def nodes(self, *, max_depth: int | None = None, limit: int | None = None) -> NDArray[np.void]:
-        """The upper tree as `Tree.nodes` has it: what leaves refer to are instances, one each."""
 
 @final
 class Camera:

@@ -1,0 +1,5 @@
+"""Instances of trees."""
+
+from ._bihtree import Scene
+
+__all__ = ["Scene"]
