@@ -62,7 +62,7 @@ KINDS = {
     "scale 0, turned": moved(turned(0.3, 0) @ np.diag([1, 0, 2]) @ turned(0.7), (1, 1, 1)),
     "onto a line": moved([[1, 0, 0], [2, 0, 0], [3, 0, 0]]),
     "onto a point": moved((0, 0, 0), (1, 2, 3)),
-    "nearly singular": moved([[1, 2, 3], [4, 5, 6], [7, 8, 9 + 1e-14]]),
+    "nearly singular": moved([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0], [7.0, 8.0, 9 + 1e-14]]),
     "beyond doubles in a product": moved((1e200, 1e200, 1e200)),
 }
 """Matrices that a scene may hold, by what they do."""

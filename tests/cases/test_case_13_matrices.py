@@ -9,6 +9,7 @@ from tests.instances import KINDS, assert_scene_true, flattened, moved
 from tests.rays import Rays, around, at_features, joined, parallel
 
 SPHERE = meshes.icosphere(1)
+WITH_AN_INSIDE = [kind for kind in KINDS if not kind.startswith(("scale 0", "onto", "nearly"))]
 
 
 def rays_at(mesh, count=40):
@@ -17,8 +18,7 @@ def rays_at(mesh, count=40):
     return joined(*parts, parallel(mesh, 5, 5, 0, np.float64), parallel(mesh, 5, 5, 2, np.float64))
 
 
-@pytest.mark.parametrize("precision", ["watertight", "fast"])
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize(("precision", "dtype"), [("watertight", np.float32), ("fast", np.float64)])
 @pytest.mark.parametrize("kind", KINDS)
 def test_hits_are_those_of_the_transformed_mesh(kind, dtype, precision):
     mesh, matrices = SPHERE.astype(dtype), KINDS[kind][None]
@@ -31,12 +31,10 @@ def test_hits_are_those_of_the_transformed_mesh(kind, dtype, precision):
         assert not np.isnan(array).any()
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", WITH_AN_INSIDE)
 def test_no_ray_passes_between_images_of_triangles(kind):
     """From inside of a closed mesh every ray hits something, at vertices and edges above all."""
     matrix = KINDS[kind]
-    if abs(np.linalg.det(matrix[:3, :3] / np.abs(matrix[:3, :3]).max())) < 1e-14:
-        pytest.skip("there is no inside")
     scene = bihtree.Scene([bihtree.Tree(*SPHERE)], [0], matrix[None])
     mesh = flattened([SPHERE], matrix[None])
     middle = mesh.vertices.mean(axis=0)
@@ -69,13 +67,11 @@ def test_instances_of_every_kind_in_one_scene():
     shown = [SPHERE if row % 2 else meshes.box() for row in range(len(KINDS))]
     matrices = np.array(list(KINDS.values()))
     scene = bihtree.Scene([bihtree.Tree(*shown[0]), bihtree.Tree(*shown[1])], np.arange(len(KINDS)) % 2, matrices)
-    near = np.array([kind not in ("1e30", "beyond doubles in a product") for kind in KINDS])
     rng = np.random.default_rng(1)
-    origins = rng.normal(size=(200, 3)) * 10.0 ** rng.integers(-3, 4, (200, 1))
-    targets = rng.normal(size=(200, 3))
+    origins = rng.normal(size=(60, 3)) * 10.0 ** rng.integers(-3, 4, (60, 1))
+    targets = rng.normal(size=(60, 3))
     assert_scene_true(scene, shown, matrices, Rays(origins, targets - origins))
     assert "inverse" in scene.stats.left_out
-    assert near.sum() == len(KINDS) - 2
 
 
 @pytest.mark.parametrize("scale", [1e-300, 1e-200, 1e200, 1e300])

@@ -125,7 +125,8 @@ def test_a_wrong_matrix_changes_nothing():
         scene.set_matrices(wrong)
     with pytest.raises(bihtree.GeometryError, match="matrices: 1 rows, but instances has 2"):
         scene.set_matrices(wrong[:1])
-    assert scene.bounds.tolist() == bounds == [[0, 0, 0], [3, 1, 1]]
+    assert scene.bounds.tolist() == bounds
+    assert np.allclose(bounds, [[0, 0, 0], [3, 1, 1]], atol=1e-6)
 
 
 @pytest.mark.parametrize(

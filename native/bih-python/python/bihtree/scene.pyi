@@ -20,8 +20,8 @@ class Scene:
     coordinate of M·v is rounded once, to float64, the same for all triangles that share a vertex, so that no ray passes
     between them; then everything is decided exactly, also where precision is "fast". A triangle whose image has no area
     is not hit, nor is one whose image lies beyond the largest float64. Of equal t the lower instance is hit, and in it
-    the lower triangle. The scene keeps its trees; any structure, layout and build will do, and several threads may query
-    at once.
+    the lower triangle. The scene keeps its trees; any structure, layout and build will do, and several threads may
+    query at once.
 
     An instance whose matrix has no inverse, or none that float64 can lead by, gets a tree of its own over the images of
     its triangles; stats.left_out["inverse"] says how many there are."""
