@@ -61,8 +61,7 @@ impl Affine {
 
     /// A box that holds the images of all points of a finite box, however they are rounded.
     pub(super) fn bounds(&self, bounds: &Bounds) -> [Vector; 2] {
-        let mut image = [[0.0; 3]; 2];
-        for axis in 0..3 {
+        let ends: [[f64; 2]; 3] = from_fn(|axis| {
             let (mut lower, mut upper, mut size) = (self.shift[axis], self.shift[axis], self.shift[axis].abs());
             for (factor, (&low, &high)) in self.linear[axis].iter().zip(bounds.lower.iter().zip(&bounds.upper)) {
                 let ends = [factor * f64::from(low), factor * f64::from(high)];
@@ -72,9 +71,9 @@ impl Affine {
             }
             // Four roundings of each term, one of the image, and those of the bound.
             let error = 8.0 * EPSILON * size + f64::MIN_POSITIVE;
-            (image[0][axis], image[1][axis]) = (lower - error, upper + error);
-        }
-        image
+            [lower - error, upper + error]
+        });
+        [ends.map(|[lower, _]| lower), ends.map(|[_, upper]| upper)]
     }
 }
 
