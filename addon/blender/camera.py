@@ -14,11 +14,7 @@ def camera_view(camera: bpy.types.Object, depsgraph: bpy.types.Depsgraph, width:
 
     Any object may be a camera, as in Blender; its scale is left out. Raises UserError for a panoramic camera.
     """
-    if camera.type == "CAMERA" and camera.data.type not in {"PERSP", "ORTHO"}:
-        raise UserError(
-            f"camera {camera.name!r} is panoramic, which is not supported. "
-            "Choose Perspective or Orthographic in the camera's Lens panel."
-        )
+    check_not_panoramic(camera)
     render = depsgraph.scene_eval.render
     projection = np.array(
         camera.calc_matrix_camera(
@@ -35,6 +31,29 @@ def camera_view(camera: bpy.types.Object, depsgraph: bpy.types.Depsgraph, width:
         near=float(-near[2] / near[3]),
         perspective=bool(projection[3, 3] == 0.0),
     )
+
+
+def viewport_view(region: bpy.types.Region, data: bpy.types.RegionView3D) -> CameraView:
+    """What a viewport shows, also through the scene's camera: its lens, zoom, shift and clip range."""
+    projection = np.array(data.window_matrix, np.float64)
+    clip_to_camera = np.linalg.inv(projection)
+    near = clip_to_camera @ (0.0, 0.0, -1.0, 1.0)
+    return CameraView(
+        clip_to_world=np.linalg.inv(np.array(data.view_matrix, np.float64)) @ clip_to_camera,
+        width=region.width,
+        height=region.height,
+        near=float(-near[2] / near[3]),
+        perspective=bool(projection[3, 3] == 0.0),
+    )
+
+
+def check_not_panoramic(camera: bpy.types.Object) -> None:
+    """Raise UserError for a camera whose picture no matrix makes."""
+    if camera.type == "CAMERA" and camera.data.type not in {"PERSP", "ORTHO"}:
+        raise UserError(
+            f"camera {camera.name!r} is panoramic, which is not supported. "
+            "Choose Perspective or Orthographic in the camera's Lens panel."
+        )
 
 
 def _without_scale(camera: bpy.types.Object) -> np.ndarray:

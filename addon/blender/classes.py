@@ -9,7 +9,7 @@ import bpy
 
 from . import panels, sidebar, trees
 from .build import BIH_OT_build, BIH_OT_free
-from .engine import BihPreviewEngine
+from .engine import BihPreviewEngine, forget_frames
 from .export_tree import BIH_OT_export_tree
 from .operators import BIH_OT_report
 from .overlay_file import BIH_OT_render_overlay
@@ -27,15 +27,24 @@ def register() -> None:
     bpy.types.Scene.bih = bpy.props.PointerProperty(type=BihSettings)
     for panel in panels_of_any_engine():
         panel.COMPAT_ENGINES.add(BihPreviewEngine.bl_idname)
+    for handlers in _ends_of_a_render():
+        handlers.append(forget_frames)
 
 
 def unregister() -> None:
+    for handlers in _ends_of_a_render():
+        handlers.remove(forget_frames)
+    forget_frames()
     for panel in panels_of_any_engine():
         panel.COMPAT_ENGINES.discard(BihPreviewEngine.bl_idname)
     del bpy.types.Scene.bih
     trees.unregister()
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)
+
+
+def _ends_of_a_render() -> tuple[list, list]:
+    return bpy.app.handlers.render_complete, bpy.app.handlers.render_cancel
 
 
 @contextmanager

@@ -55,7 +55,7 @@ def draw_own_choices(layout: bpy.types.UILayout, chosen: BihSettings, name: str,
 
 def draw_render_settings(layout: bpy.types.UILayout, chosen: BihSettings) -> None:
     plain(layout)
-    for name in ("samples", "shadows", "overlay_depth"):
+    for name in ("samples", "viewport_samples", "shadows", "overlay_depth"):
         layout.prop(chosen, name)
     layout.column().prop(chosen, "passes")
 

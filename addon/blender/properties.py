@@ -100,6 +100,14 @@ class BihSettings(bpy.types.PropertyGroup):
         default=1,
         soft_max=64,
     )
+    viewport_samples: IntProperty(
+        name="Viewport Samples",
+        description="Rays a pixel in the viewport, one after another while you look. Edges become smooth as time goes "
+        "on; the first picture comes as soon, and memory stays the same",
+        min=1,
+        default=16,
+        soft_max=256,
+    )
     shadows: BoolProperty(
         name="Shadows",
         description="Trace a ray to each light from what the camera sees: up to one more ray for each light and "

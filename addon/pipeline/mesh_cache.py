@@ -17,26 +17,25 @@ class MeshCache:
     def __init__(self) -> None:
         self.read = 0
         """How many meshes were read in all, changed or not."""
-        self._meshes: dict[Hashable, Mesh] = {}
+        self._meshes: dict[Hashable, tuple[int | None, Mesh]] = {}
         self._used: set[Hashable] = set()
 
-    def mesh(self, identity: Hashable, read: Callable[[], Mesh], *, maybe_changed: bool = True) -> Mesh:
-        """The mesh of this identity: the one that is kept unless it may have changed, else what `read` gives; of two
-        with the same content, to the bit, the one that is kept."""
+    def mesh(self, identity: Hashable, read: Callable[[], Mesh], *, evaluation: int | None = None) -> Mesh:
+        """The mesh of this identity: what `read` gives, or the one that is kept where that has the same content, to the
+        bit. `evaluation` is a number that no other content has had: where it is the same as before, nothing is read."""
         kept = self._meshes.get(identity)
         self._used.add(identity)
-        if kept is not None and not maybe_changed:
-            return kept
+        if kept and evaluation is not None and evaluation == kept[0]:
+            return kept[1]
         fresh = read()
         self.read += 1
-        if kept is not None and have_same_content(kept, fresh):
-            return kept
-        self._meshes[identity] = fresh
-        return fresh
+        mesh = kept[1] if kept and have_same_content(kept[1], fresh) else fresh
+        self._meshes[identity] = evaluation, mesh
+        return mesh
 
     def forget_unused(self) -> None:
         """Let go of what was not asked for since the last call: its object is gone."""
-        self._meshes = {identity: mesh for identity, mesh in self._meshes.items() if identity in self._used}
+        self._meshes = {identity: kept for identity, kept in self._meshes.items() if identity in self._used}
         self._used.clear()
 
 

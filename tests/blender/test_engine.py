@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import bihtree
 import bpy
 import numpy as np
 import OpenImageIO
@@ -11,8 +12,11 @@ import pytest
 from bpy_extras.object_utils import world_to_camera_view
 from numpy.typing import NDArray
 
-from addon.blender.engine import BihPreviewEngine, blender_passes, wanted_passes
-from addon.blender.panels import draw_needs
+from addon.blender import final_render
+from addon.blender.engine import BihPreviewEngine
+from addon.blender.final_render import Progress, bands
+from addon.blender.panel_parts import draw_needs
+from addon.blender.passes import blender_passes, wanted_passes
 from addon.blender.scene_file import rendered_scene
 from addon.pipeline import preview
 from addon.pipeline.image import MISS_DEPTH
@@ -227,7 +231,7 @@ def test_a_bug_is_reported_too(ball, monkeypatch):
     def broken(*_: object, **__: object) -> None:
         raise ZeroDivisionError("a bug")
 
-    monkeypatch.setattr(preview, "trace", broken)
+    monkeypatch.setattr(final_render.prepared, "prepare", broken)
     fails_with("ZeroDivisionError: a bug")
 
 
@@ -241,10 +245,10 @@ def test_progress_and_cancel(ball, monkeypatch):
     def shown(*_: object) -> None:
         raise AssertionError("a cancelled render shows nothing")
 
-    monkeypatch.setattr(BihPreviewEngine, "_progress", stop)
-    monkeypatch.setattr(BihPreviewEngine, "_show", shown)
+    monkeypatch.setattr(Progress, "__call__", stop)
+    monkeypatch.setattr(final_render, "_show", shown)
     assert bpy.ops.render.render() == {"FINISHED"}
-    assert "trace" in {stage for stage, _ in seen}
+    assert {stage for stage, _ in seen} == {"export", "build", "trace"}
     assert all(0 <= fraction <= 1 for _, fraction in seen)
 
 
@@ -264,7 +268,84 @@ def test_progress_is_shown_and_escape_stops():
             return self.escape
 
     blender = Blender()
-    assert BihPreviewEngine._progress(blender, "trace", 0.25) is True
-    assert (blender.texts, blender.fraction) == (("BIH Preview", "Trace"), 0.25)
+    progress = Progress(blender)
+    assert progress("trace", 0.0) is True
+    assert blender.texts == ("BIH Preview", "Trace 0%")
+    assert progress.part(0.5, 0.25)(1.0) is True
+    assert blender.texts[1].startswith("Trace 75% | Time left 00:0") and blender.fraction == 0.75
     blender.escape = True
-    assert BihPreviewEngine._progress(blender, "trace", 0.5) is False
+    assert progress("trace", 0.5) is False
+
+
+@pytest.mark.parametrize("area", [(0, 0, 5, 1), (3, 7, 11, 31), (0, 0, 2, 32), (4, 1, 9, 1000)])
+def test_bands_are_all_of_the_area_once(area):
+    parts = list(bands(area))
+    rows = [y for (_, y, _, height), _, _ in parts for y in range(y - area[1], y - area[1] + height)]
+    assert rows == list(range(area[3])) and len(parts) <= 32
+    assert {(x, width) for (x, _, width, _), _, _ in parts} == {(area[0], area[2])}
+    assert [done for _, done, _ in parts] == pytest.approx(np.cumsum([0, *(share for *_, share in parts)])[:-1])
+
+
+def test_only_the_border_is_traced(ball, monkeypatch):
+    traced_tiles: list[tuple[int, ...]] = []
+    real = bihtree.render
+
+    def noted(*arguments: object, **options: object) -> dict[str, NDArray[np.generic]]:
+        traced_tiles.append(options["tile"])
+        return real(*arguments, **options)
+
+    monkeypatch.setattr(bihtree, "render", noted)
+    shape = ball.render
+    shape.use_border = True
+    shape.border_min_x, shape.border_max_x, shape.border_min_y, shape.border_max_y = 0.25, 0.75, 0.4, 0.9
+    assert bpy.ops.render.render() == {"FINISHED"}
+    assert sum(width * height for _, _, width, height in traced_tiles) == 20 * 15
+
+
+def test_the_resolution_scale_is_that_of_the_picture(ball, tmp_path):
+    ball.render.resolution_percentage = 50
+    small = joined(render(ball, tmp_path), "triangle")
+    assert small.shape[:2] == (HEIGHT // 2, WIDTH // 2) and small.max() > 0
+
+
+class Frames:
+    """How many trees each frame of an animation builds, counted after it."""
+
+    def __init__(self) -> None:
+        self.built: list[int] = []
+
+    def __call__(self, *_: object) -> None:
+        self.built.append(sum(kept.trees.built for kept in BihPreviewEngine.kept.values()))
+
+
+def animation(scene: bpy.types.Scene, folder: Path) -> list[int]:
+    """Trees built after each of four frames."""
+    frames = Frames()
+    scene.frame_start, scene.frame_end = 1, 4
+    scene.render.filepath = str(folder / "frame")
+    scene.render.image_settings.file_format = "PNG"
+    bpy.app.handlers.render_post.append(frames)
+    try:
+        assert bpy.ops.render.render(animation=True) == {"FINISHED"}
+    finally:
+        bpy.app.handlers.render_post.remove(frames)
+    assert BihPreviewEngine.kept == {}, "nothing is kept after the last frame"
+    return frames.built
+
+
+@pytest.mark.parametrize("persistent", [False, True])
+def test_a_frame_builds_only_what_has_changed(ball, tmp_path, persistent):
+    """The camera moves in each frame; the ball's mesh changes once, before the third one."""
+    ball.render.use_persistent_data = persistent
+    for frame in (1, 4):
+        ball.camera.location.x = 0.1 * frame
+        ball.camera.keyframe_insert("location", frame=frame)
+    key = bpy.data.objects["Ball"].shape_key_add(name="Basis") and bpy.data.objects["Ball"].shape_key_add(name="Up")
+    for point in key.data:
+        point.co.z *= 1.5
+    for frame, value in ((2, 0.0), (3, 1.0)):
+        key.value = value
+        key.keyframe_insert("value", frame=frame)
+    assert animation(ball, tmp_path) == [1, 1, 2, 2]
+    pictures = [(tmp_path / f"frame{number:04}.png").read_bytes() for number in range(1, 5)]
+    assert len(set(pictures)) == 4

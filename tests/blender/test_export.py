@@ -292,12 +292,16 @@ def test_a_vertex_that_is_not_finite_is_named(scene):
 
 
 def test_a_transform_that_is_not_finite_is_named(scene):
+    """And the rest is there all the same."""
     parent = add("Parent", None)
-    lost = add_mesh("Lost")
-    lost.parent = parent
-    lost.matrix_parent_inverse[0][3] = float("nan")
-    with pytest.raises(UserError, match="'Lost'"):
-        exported()
+    lost, lamp = add_mesh("Lost"), add_light("POINT")
+    add_mesh("There")
+    for owner in (lost, lamp):
+        owner.parent = parent
+        owner.matrix_parent_inverse[0][3] = float("nan")
+    data = exported()
+    assert [mesh.name for mesh in data.meshes] == ["There"] and len(data.lights) == 0
+    assert sorted(note.split("'")[1] for note in data.skipped) == ["Lost", "Point"]
 
 
 CAMERAS = {

@@ -55,11 +55,14 @@ def test_not_a_number_is_no_change_and_minus_zero_is_one():
     assert cache.mesh("b", lambda: minus) is not zero
 
 
-def test_what_cannot_have_changed_is_not_read():
+def test_what_was_not_evaluated_again_is_not_read():
     cache = MeshCache()
-    first = cache.mesh("a", box)
-    assert cache.mesh("a", lambda: pytest.fail("read"), maybe_changed=False) is first
-    assert cache.mesh("b", box, maybe_changed=False).name == "Box", "nothing is kept of it yet"
+    first = cache.mesh("a", box, evaluation=7)
+    assert cache.mesh("a", lambda: pytest.fail("read"), evaluation=7) is first
+    assert cache.mesh("a", box, evaluation=8) is first and cache.read == 2
+    assert cache.mesh("a", lambda: pytest.fail("read"), evaluation=8) is first
+    assert cache.mesh("b", box, evaluation=8) is not first, "nothing is kept of it yet"
+    assert cache.mesh("a", lambda: changed(first)) is not first, "no evaluation is known: it is read"
 
 
 def test_what_is_gone_is_forgotten():

@@ -1,0 +1,128 @@
+"""F12: the picture of a render depsgraph, band by band into Blender's Render Result."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from time import perf_counter
+from typing import Any
+
+import bpy
+import numpy as np
+
+from ..pipeline import prepared
+from ..pipeline.errors import UserError
+from ..pipeline.image import MISS_DEPTH
+from ..pipeline.mesh_cache import MeshCache
+from ..pipeline.prepared import Tile
+from ..pipeline.tree_cache import TreeCache
+from .export import scene_data
+from .passes import blender_passes, wanted_passes
+from .properties import settings_of
+
+BANDS = 32
+"""A picture is shown in so many parts, from the bottom up, or fewer where it is not high."""
+
+
+class Kept:
+    """What one frame leaves to the next one: meshes as long as their content stays, trees as long as their meshes."""
+
+    def __init__(self) -> None:
+        self.meshes, self.trees = MeshCache(), TreeCache()
+
+
+def render(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph, kept: Kept) -> dict[str, Any]:
+    """Fill the engine's Render Result, and return the report of addon/pipeline/prepared.py.
+
+    Raises UserError, and bihtree.Cancelled where a person pressed Esc.
+    """
+    render = depsgraph.scene_eval.render
+    if render.use_multiview:
+        raise UserError("stereoscopic renders are not supported. Untick Stereoscopy in the Output properties.")
+    layer = depsgraph.view_layer_eval
+    settings = settings_of(depsgraph.scene_eval)
+    settings = replace(settings, passes=wanted_passes(layer, settings.passes))
+    progress = Progress(engine)
+    started = perf_counter()
+    scene = scene_data(depsgraph, engine.resolution_x, engine.resolution_y, meshes=kept.meshes, progress=progress)
+    if scene.skipped:
+        engine.report({"WARNING"}, "BIH Preview: " + "; ".join(scene.skipped))
+    ready = prepared.prepare(
+        scene,
+        settings,
+        settings.passes,
+        tree_shown=False,
+        export_seconds=perf_counter() - started,
+        trees=kept.trees,
+        progress=progress,
+    )
+    for name in settings.passes:
+        for label, channels in blender_passes(name):
+            engine.add_pass(label, len(channels), channels, layer=layer.name)
+    area = border(render, engine.resolution_x, engine.resolution_y)
+    started = perf_counter()
+    for band, done, share in bands(area):
+        passes = ready.picture(tile=band, progress=progress.part(done, share))
+        _show(engine, layer.name, passes, (band[0] - area[0], band[1] - area[1], *band[2:]))
+    return ready.report(perf_counter() - started, area)
+
+
+class Progress:
+    """Tells Blender how far a render is, and how much longer it takes."""
+
+    def __init__(self, engine: bpy.types.RenderEngine) -> None:
+        self._engine = engine
+        self._stage, self._since = "", 0.0
+
+    def __call__(self, stage: str, share: float) -> bool:
+        """Whether to go on: False once a person has pressed Esc."""
+        if stage != self._stage:
+            self._stage, self._since = stage, perf_counter()
+        text = f"{stage.capitalize()} {share:.0%}"
+        if share > 0:
+            text += f" | Time left {_clock((perf_counter() - self._since) * (1 - share) / share)}"
+        self._engine.update_stats("BIH Preview", text)
+        self._engine.update_progress(share)
+        return not self._engine.test_break()
+
+    def part(self, done: float, share: float) -> Callable[[float], bool]:
+        """The same for a part of the picture, which begins when `done` of all is done and is `share` of all."""
+        return lambda fraction: self("trace", done + share * fraction)
+
+
+def bands(area: Tile) -> Iterator[tuple[Tile, float, float]]:
+    """Parts of `area` from the bottom up; what share of it is done before each, and what share it is."""
+    left, bottom, width, height = area
+    rows = -(-height // BANDS)
+    for y in range(0, height, rows):
+        count = min(rows, height - y)
+        yield (left, bottom + y, width, count), y / height, count / height
+
+
+def border(render: bpy.types.RenderSettings, width: int, height: int) -> Tile:
+    """The part of the picture that is asked for; corners are rounded as Blender rounds them, in float32 and down."""
+    if not render.use_border:
+        return 0, 0, width, height
+    left, right = (int(np.float32(x) * np.float32(width)) for x in (render.border_min_x, render.border_max_x))
+    bottom, top = (int(np.float32(y) * np.float32(height)) for y in (render.border_min_y, render.border_max_y))
+    return left, bottom, right - left, top - bottom
+
+
+def _show(engine: bpy.types.RenderEngine, layer: str, passes: dict[str, np.ndarray], place: Tile) -> None:
+    """Fill a part of the Render Result, which is float32: triangle rows are exact up to 16,777,216."""
+    result = engine.begin_result(*place, layer=layer)
+    for name, pixels in passes.items():
+        shown = pixels.astype(np.float32)
+        if name == "depth":
+            shown[np.isinf(shown)] = MISS_DEPTH
+        first = 0
+        for label, channels in blender_passes(name):
+            part = shown[..., first : first + len(channels)]
+            result.layers[0].passes[label].rect.foreach_set(part.ravel())
+            first += len(channels)
+    engine.end_result(result)
+
+
+def _clock(seconds: float) -> str:
+    minutes, rest = divmod(round(seconds), 60)
+    return f"{minutes:02}:{rest:02}"
