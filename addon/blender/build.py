@@ -6,10 +6,11 @@ from typing import Any
 
 import bpy
 
+from ..pipeline.camera import CameraView
 from ..pipeline.errors import UserError
-from ..pipeline.scene import SceneData
 from ..pipeline.settings import Settings
-from .export import scene_data
+from .camera import camera_view
+from .export import contents
 from .modal_work import ModalWork
 from .properties import settings_of
 from .trees import TREES
@@ -57,13 +58,18 @@ def build_worker(context: bpy.types.Context, settings: Settings) -> Worker[Any]:
     """Read the scene here, build in a thread. Raises UserError."""
     from ..pipeline import built
 
-    scene = evaluated_scene(context, LOOK)
-    return Worker("BIH build", lambda told: built.build(scene, settings, scene.camera, told=told))
+    depsgraph = context.evaluated_depsgraph_get()
+    scene, view = contents(depsgraph), look(depsgraph)
+    return Worker("BIH build", lambda told: built.build(scene, settings, view, told=told))
 
 
-def evaluated_scene(context: bpy.types.Context, size: tuple[int, int]) -> SceneData:
-    """What the viewport shows, seen by the scene's camera in so many pixels. Raises UserError."""
-    return scene_data(context.evaluated_depsgraph_get(), *size)
+def look(depsgraph: bpy.types.Depsgraph) -> CameraView | None:
+    """What the scene's camera sees; None where there is none that can be traced."""
+    camera = depsgraph.scene_eval.camera
+    try:
+        return camera_view(camera, depsgraph, *LOOK) if camera else None
+    except UserError:
+        return None
 
 
 def redraw(context: bpy.types.Context) -> None:

@@ -10,7 +10,7 @@ from typing import Any
 import bpy
 from bpy.props import StringProperty
 
-from .build import evaluated_scene
+from .export import scene_data
 from .modal_work import FileWork
 from .properties import settings_of
 from .worker import Worker
@@ -34,7 +34,7 @@ class BIH_OT_render_overlay(FileWork, bpy.types.Operator):
         path = self.path()
         outputs = preview.Outputs(overlay=path)
         preview.check_outputs(outputs)
-        scene = evaluated_scene(context, picture_size(context.scene))
+        scene = scene_data(context.evaluated_depsgraph_get(), *picture_size(context.scene))
         settings = replace(settings_of(context.scene), passes=outputs.passes)
 
         def work(told: Any) -> Path:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from textwrap import wrap
 from typing import Any
 
 import bpy
@@ -11,6 +12,9 @@ from ..pipeline import settings
 from . import modules, properties
 from .properties import BihSettings
 from .trees import TREES
+
+CHARACTER, MARGIN = 6.4, 8
+"""Width of a letter of Blender's interface in pixels, on average, and the letters that a panel's margins take."""
 
 CHOICES = {"layout": settings.LAYOUTS, "heuristic": settings.HEURISTICS}
 
@@ -23,34 +27,35 @@ def draw_missing(layout: bpy.types.UILayout) -> bool:
     return not missing
 
 
-def draw_tree_settings(layout: bpy.types.UILayout, chosen: BihSettings) -> None:
-    """How the tree is built: only what goes together can be chosen, and one line says why where something cannot."""
+def draw_tree_settings(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
+    """How the tree is built: only what goes together can be chosen, and a line says why where something cannot."""
     plain(layout)
+    chosen = context.scene.bih
     layout.prop(chosen, "structure")
     for name, items in CHOICES.items():
         draw_own_choices(layout, chosen, name, items)
-    for name, part in (("build", "on demand"), ("presort", "bucket sort"), ("leaf_size", "leaf size")):
-        why = properties.why_not(chosen, part)
+    for name, part in properties.PARTS_OF_CHOICES.items():
         row = layout.row()
-        row.enabled = not why
+        row.enabled = not properties.why_not(chosen, part)
         row.prop(chosen, name)
-        if why:
-            note(layout, why)
     layout.prop(chosen, "precision")
+    for why in properties.notes(chosen):
+        draw_wrapped(layout, why, context, icon="INFO")
 
 
 def draw_own_choices(layout: bpy.types.UILayout, chosen: BihSettings, name: str, items: Sequence[str]) -> None:
     """All of them in a row; those that the structure does not have are grey."""
     known = settings.GOES_WITH[chosen.structure][name]
-    column = layout.column(heading=chosen.bl_rna.properties[name].name)
-    row = column.row(align=True)
+    whole = layout.split(factor=0.4)
+    label = whole.column()
+    label.alignment = "RIGHT"
+    label.label(text=chosen.bl_rna.properties[name].name)
+    row = whole.row(align=True)
+    row.use_property_split = False
     for item in items:
         part = row.row(align=True)
         part.enabled = item in known
         part.prop_enum(chosen, name, item)
-    if getattr(chosen, name) not in known:
-        one, other = properties.STRUCTURE_TEXT[chosen.structure][0], getattr(chosen, name)
-        note(layout, f"A {one} has no {name} {other}: {known[0]} is used")
 
 
 def draw_render_settings(layout: bpy.types.UILayout, chosen: BihSettings) -> None:
@@ -71,9 +76,9 @@ def draw_buttons(layout: bpy.types.UILayout, scene: bpy.types.Scene) -> None:
     row.operator("bih.render_overlay", text="Save Overlay", icon="IMAGE_DATA")
 
 
-def draw_build(layout: bpy.types.UILayout, scene: bpy.types.Scene) -> None:
+def draw_build(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
     """The last build as a small table: what it is, what it cost, what it did without."""
-    made = TREES.of(scene).main
+    made = TREES.of(context.scene).main
     if made is None:
         layout.label(text="No tree is built", icon="INFO")
         return
@@ -82,36 +87,42 @@ def draw_build(layout: bpy.types.UILayout, scene: bpy.types.Scene) -> None:
     draw_table(layout, built.table(made))
     without = built.left_out(made)
     if without:
-        layout.label(text="Left out")
-        draw_table(layout, without)
+        box = layout.box().column(align=True)
+        box.label(text="Left out")
+        for name, why in without:
+            draw_wrapped(box, f"{name}: {why}", context)
     for what in made.skipped:
-        layout.label(text=what, icon="ERROR")
+        draw_wrapped(layout, what, context, icon="ERROR")
 
 
 def draw_table(layout: bpy.types.UILayout, rows: Sequence[tuple[str, str]]) -> None:
-    table = layout.box().column(align=True)
+    whole = layout.box().split(factor=0.5)
+    names, values = whole.column(align=True), whole.column(align=True)
     for label, value in rows:
-        name, text = split(table)
-        name.label(text=label)
-        text.label(text=value)
+        names.label(text=label)
+        values.label(text=value)
 
 
-def draw_needs(layout: bpy.types.UILayout, parts: Sequence[Mapping[str, Any]]) -> None:
+def draw_needs(layout: bpy.types.UILayout, parts: Sequence[Mapping[str, Any]], context: bpy.types.Context) -> None:
     """What the last render did without, as a table: part, kept or left out, why, what that saves."""
     if not parts:
         return
     layout.label(text="What the scene needs")
     table = layout.box().column(align=True)
     for part in parts:
-        name, text = split(table)
+        table.label(text=str(part["part"]).capitalize(), icon="CHECKBOX_HLT" if part["kept"] else "CHECKBOX_DEHLT")
         reason = str(part["why"])
-        name.label(text=str(part["part"]).capitalize(), icon="CHECKBOX_HLT" if part["kept"] else "CHECKBOX_DEHLT")
-        text.label(text=f"{reason}; {part['saves']}" if part["saves"] else reason)
+        draw_wrapped(table, f"{reason}; {part['saves']}" if part["saves"] else reason, context, icon="BLANK1")
 
 
-def split(layout: bpy.types.UILayout) -> tuple[bpy.types.UILayout, bpy.types.UILayout]:
-    name = layout.split(factor=0.32)
-    return name, name.column(align=True)
+def draw_wrapped(layout: bpy.types.UILayout, text: str, context: bpy.types.Context, *, icon: str = "NONE") -> None:
+    """As many lines as the region's width asks for: Blender cuts a label off where it ends."""
+    characters = context.region.width / (CHARACTER * context.preferences.system.ui_scale) - MARGIN
+    column = layout.column(align=True)
+    column.scale_y = 0.8
+    later = "NONE" if icon == "NONE" else "BLANK1"
+    for number, line in enumerate(wrap(text, max(16, int(characters)))):
+        column.label(text=line, icon=later if number else icon)
 
 
 def note(layout: bpy.types.UILayout, text: str) -> None:

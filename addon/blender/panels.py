@@ -28,7 +28,7 @@ class RENDER_PT_bih(RenderPanel, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
         is_whole = panel_parts.draw_missing(layout)
-        panel_parts.draw_tree_settings(layout.column(), context.scene.bih)
+        panel_parts.draw_tree_settings(layout.column(), context)
         panel_parts.draw_render_settings(layout.column(), context.scene.bih)
         buttons = layout.column()
         buttons.enabled = is_whole
@@ -40,7 +40,7 @@ class RENDER_PT_bih_build(RenderPanel, bpy.types.Panel):
     bl_parent_id = "RENDER_PT_bih"
 
     def draw(self, context: bpy.types.Context) -> None:
-        panel_parts.draw_build(self.layout, context.scene)
+        panel_parts.draw_build(self.layout, context)
 
 
 class RENDER_PT_bih_render(RenderPanel, bpy.types.Panel):
@@ -55,7 +55,7 @@ class RENDER_PT_bih_render(RenderPanel, bpy.types.Panel):
         summary = self.layout.column(align=True)
         for line in BihPreviewEngine.last_summary:
             summary.label(text=" ".join(line.split()))
-        panel_parts.draw_needs(self.layout, BihPreviewEngine.last_needs)
+        panel_parts.draw_needs(self.layout, BihPreviewEngine.last_needs, context)
 
 
 PANELS = (RENDER_PT_bih, RENDER_PT_bih_build, RENDER_PT_bih_render)

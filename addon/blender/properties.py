@@ -140,8 +140,11 @@ def settings_of(scene: bpy.types.Scene) -> Settings:
     is not asked for: `why_not` says so in the panel."""
     chosen = scene.bih
     own = {name: own_choice(chosen, name) for name in GOES_WITH[chosen.structure]}
-    parts = {"on demand": chosen.build, "bucket sort": chosen.presort}
-    forced = {part: FORCED[choice] for part, choice in parts.items() if not why_not(chosen, part)}
+    forced = {
+        part: FORCED[getattr(chosen, name)]
+        for name, part in PARTS_OF_CHOICES.items()
+        if name != "leaf_size" and not why_not(chosen, part)
+    }
     return Settings(
         structure=chosen.structure,
         **own,
@@ -163,13 +166,28 @@ def own_choice(chosen: BihSettings, name: str) -> str:
     return value if value in known else known[0]
 
 
+PARTS_OF_CHOICES = {"build": "on demand", "presort": "bucket sort", "leaf_size": "leaf size"}
+"""The part of the work that each of these choices is about."""
+
+
 def why_not(chosen: BihSettings, part: str) -> str:
     """Why a part of the work cannot be chosen now, in one line; empty where it can."""
     name = STRUCTURE_TEXT[chosen.structure][0]
     if part == "on demand" and chosen.structure != "bih":
         return f"A {name} is built all at once"
     if part == "bucket sort" and own_choice(chosen, "heuristic") != "global":
-        return "The bucket sort goes with the global heuristic alone"
+        return "Presort goes with the global heuristic alone"
     if part == "leaf size" and chosen.structure == "kd_tree":
-        return "The leaves of a kd-tree end where no split is cheaper"
+        return f"The leaves of a {name} end where no split is cheaper"
     return ""
+
+
+def notes(chosen: BihSettings) -> list[str]:
+    """Everything that cannot be chosen now, a line each."""
+    lines = [why for part in PARTS_OF_CHOICES.values() if (why := why_not(chosen, part))]
+    for choice, known in GOES_WITH[chosen.structure].items():
+        if getattr(chosen, choice) not in known:
+            texts = LAYOUT_TEXT if choice == "layout" else HEURISTIC_TEXT
+            name = STRUCTURE_TEXT[chosen.structure][0]
+            lines.append(f"A {name} has no {choice} {texts[getattr(chosen, choice)][0]}: {texts[known[0]][0]} is used")
+    return lines

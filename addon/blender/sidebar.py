@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import bpy
 
-from . import panel_parts
+from . import overlay_parts, panel_parts
+from .trees import TREES
 
 
 class SidebarPanel:
@@ -21,7 +22,7 @@ class VIEW3D_PT_bih(SidebarPanel, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
         is_whole = panel_parts.draw_missing(layout)
-        panel_parts.draw_tree_settings(layout.column(), context.scene.bih)
+        panel_parts.draw_tree_settings(layout.column(), context)
         buttons = layout.column()
         buttons.enabled = is_whole
         panel_parts.draw_buttons(buttons, context.scene)
@@ -32,7 +33,29 @@ class VIEW3D_PT_bih_build(SidebarPanel, bpy.types.Panel):
     bl_parent_id = "VIEW3D_PT_bih"
 
     def draw(self, context: bpy.types.Context) -> None:
-        panel_parts.draw_build(self.layout, context.scene)
+        panel_parts.draw_build(self.layout, context)
+
+
+class VIEW3D_PT_bih_overlay(SidebarPanel, bpy.types.Panel):
+    bl_label = "Overlay"
+
+    def draw_header(self, context: bpy.types.Context) -> None:
+        self.layout.prop(context.scene.bih_overlay, "is_shown", text="")
+
+    def draw(self, context: bpy.types.Context) -> None:
+        self.layout.active = context.scene.bih_overlay.is_shown
+        overlay_parts.draw_overlay(self.layout, context.scene)
+
+
+class VIEW3D_PT_bih_node(SidebarPanel, bpy.types.Panel):
+    bl_label = "Node"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return TREES.of(context.scene).main is not None
+
+    def draw(self, context: bpy.types.Context) -> None:
+        overlay_parts.draw_node(self.layout, context.scene)
 
 
 class VIEW3D_PT_bih_picture(SidebarPanel, bpy.types.Panel):
@@ -43,4 +66,10 @@ class VIEW3D_PT_bih_picture(SidebarPanel, bpy.types.Panel):
         panel_parts.draw_render_settings(self.layout, context.scene.bih)
 
 
-PANELS = (VIEW3D_PT_bih, VIEW3D_PT_bih_build, VIEW3D_PT_bih_picture)
+PANELS = (
+    VIEW3D_PT_bih,
+    VIEW3D_PT_bih_build,
+    VIEW3D_PT_bih_overlay,
+    VIEW3D_PT_bih_node,
+    VIEW3D_PT_bih_picture,
+)

@@ -9,13 +9,20 @@ import bpy
 
 if TYPE_CHECKING:  # the add-on registers where bihtree is missing
     from ..pipeline.built import BuiltTree
+    from ..pipeline.cost_map import CostMap
+    from ..pipeline.ray_path import RayPath
 
 
 @dataclass
 class SceneTrees:
-    """What was built of one scene."""
+    """What was built of one scene, and what is looked at: `other` is the second structure beside it, `path` the picked
+    ray, `selected` a row of main.nodes or -1."""
 
     main: BuiltTree | None = None
+    other: BuiltTree | None = None
+    path: RayPath | None = None
+    selected: int = -1
+    cost: CostMap | None = None
 
     def free(self) -> None:
         self.__init__()  # type: ignore[misc]

@@ -86,6 +86,18 @@ def build(
     return built
 
 
+def rebuilt(made: BuiltTree, settings: Settings, *, told: Told = lambda _line, _share: None) -> BuiltTree:
+    """Another tree over the same mesh. Raises bihtree.Cancelled where `told` returns False."""
+    tree = bihtree.Tree(
+        made.vertices,
+        made.triangles,
+        **tree_options(settings),
+        copy=False,
+        progress=lambda share: told("building", share),
+    )
+    return BuiltTree(made.name, made.vertices, made.triangles, tree, tree.nodes(limit=MOST_NODES), made.skipped)
+
+
 def tree_options(settings: Settings) -> dict[str, Any]:
     """What bihtree.Tree is told."""
     return {
@@ -105,19 +117,21 @@ def table(built: BuiltTree) -> list[tuple[str, str]]:
     stats = built.tree.stats
     rows = [
         ("Triangles", f"{stats.triangles:,}"),
-        ("Nodes", f"{stats.nodes:,}, {stats.leaves:,} of them leaves"),
+        ("Nodes", f"{stats.nodes:,}"),
+        ("Leaves", f"{stats.leaves:,}"),
         ("Depth", f"{built.deepest}" + (" and more" if built.has_more else "")),
-        ("Memory", f"{stats.tree_bytes / max(1, stats.triangles):.1f} bytes a triangle"),
+        ("Bytes a triangle", f"{stats.tree_bytes / max(1, stats.triangles):.1f}"),
         ("Build time", f"{stats.build_seconds:.3f} s"),
     ]
     if built.rays:
         rows += [
-            ("Trace time", f"{built.trace_seconds:.3f} s for {built.rays:,} rays"),
+            ("Trace time", f"{built.trace_seconds:.3f} s"),
+            ("Rays", f"{built.rays:,}"),
             ("Rays a second", f"{built.rays / built.trace_seconds:,.0f}"),
         ]
-    rows.append(("Not built", f"{unbuilt_share(built):.0%} of the triangles"))
+    rows.append(("Triangles not built", f"{unbuilt_share(built):.0%}"))
     if stats.rejected:
-        rows.append(("No area", f"{stats.rejected:,} triangles"))
+        rows.append(("Without area", f"{stats.rejected:,}"))
     return rows
 
 

@@ -24,6 +24,22 @@ COLOURS: dict[Kind, Colour] = {
 }
 """sRGB in [0, 1]. Colours are mixed as sRGB, too: the overlay is a drawing, not light."""
 
+VIEWPORT_COLOURS: dict[Kind, Colour] = {
+    Kind.BOX: (0.86, 0.86, 0.86),
+    Kind.LEAF_BOX: (1.00, 0.76, 0.10),
+    Kind.RIGHT: (1.00, 0.22, 0.42),
+    Kind.LEFT: (0.22, 0.60, 1.00),
+    Kind.OVERLAP: (0.72, 0.35, 0.95),
+    Kind.UNBUILT_BOX: (0.10, 0.85, 0.60),
+}
+"""The same hues on the dark grey of Blender's 3D viewport, where black lines would not be seen."""
+
+RAY_COLOUR: Colour = (1.0, 1.0, 0.35)
+SELECTED_COLOUR: Colour = (1.0, 1.0, 1.0)
+
+LEAST_OPACITY = 0.4
+"""Of a line in a viewport: there, deep levels are looked at alone."""
+
 PAPER = 0.9
 """Scene-linear grey behind the traced picture where nothing was hit."""
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import bpy
 import pytest
 
-from addon.blender import panels, sidebar
+from addon.blender import panels, properties, sidebar
 from addon.blender.properties import BUILD_TEXT, PRESORT_TEXT, own_choice, settings_of, why_not
 from addon.pipeline import built
 from addon.pipeline.scene import SceneData
@@ -51,6 +51,10 @@ def test_one_line_says_why_something_cannot_be_chosen(registered):
     whys = [why_not(chosen, part) for part in parts]
     assert all(whys) and not any("\n" in why or len(why) > 60 for why in whys)
     assert "kd-Tree" in whys[0]
+    assert properties.notes(chosen) == [*whys, "A kd-Tree has no layout Wide: Classic is used",
+                                        "A kd-Tree has no heuristic Global: SAH is used"]  # fmt: skip
+    chosen.structure = "bih"
+    assert properties.notes(chosen) == []
 
 
 @pytest.mark.parametrize("name", ["build", "presort"])

@@ -1,0 +1,96 @@
+"""What is looked at beside the tree: a second structure over the same mesh, and what rays to the mesh cost."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import bpy
+
+from ..pipeline.errors import UserError
+from ..pipeline.settings import GOES_WITH, Settings
+from .build import built_tree, redraw
+from .modal_work import ModalWork
+from .properties import settings_of
+from .trees import TREES
+from .worker import Worker
+
+
+class BIH_OT_compare(ModalWork, bpy.types.Operator):
+    bl_idname = "bih.compare"
+    bl_label = "Compare"
+    bl_description = (
+        "Build Other Structure over the same mesh, and show both side by side: the time and memory of another build"
+    )
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return TREES.of(context.scene).main is not None
+
+    def started(self, context: bpy.types.Context) -> Worker[Any]:
+        from ..pipeline import built
+
+        made = built_tree(context)
+        settings = other_settings(settings_of(context.scene), context.scene.bih_overlay.other_structure)
+        return Worker("BIH compare", lambda told: built.rebuilt(made, settings, told=told))
+
+    def finished(self, context: bpy.types.Context, result: Any) -> str:
+        TREES.of(context.scene).other = result
+        redraw(context)
+        first, second = built_tree(context).tree.stats, result.tree.stats
+        return (
+            f"BIH: {first.structure} {first.build_seconds:.3f} s, {first.tree_bytes:,} bytes; "
+            f"{second.structure} {second.build_seconds:.3f} s, {second.tree_bytes:,} bytes"
+        )
+
+
+class BIH_OT_cost_map(ModalWork, bpy.types.Operator):
+    bl_idname = "bih.cost_map"
+    bl_label = "Cost from View"
+    bl_description = (
+        "Trace a ray from this view to each vertex, and colour the mesh by the nodes that it visits and the triangles "
+        "that it tests. Takes about a second of time for a million vertices, 4 bytes of memory each"
+    )
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return TREES.of(context.scene).main is not None
+
+    def started(self, context: bpy.types.Context) -> Worker[Any]:
+        from ..pipeline.cost_map import cost_map
+
+        made = built_tree(context)
+        eye, along = eye_of(context)
+        return Worker("BIH cost", lambda _told: cost_map(made.tree, made.vertices, eye, along))
+
+    def finished(self, context: bpy.types.Context, result: Any) -> str:
+        TREES.of(context.scene).cost = result
+        context.scene.bih_overlay.cost = True
+        redraw(context)
+        return f"BIH: from {result.least:,} to {result.most:,} nodes and triangles for a ray"
+
+
+def other_settings(settings: Settings, structure: str) -> Settings:
+    """The same with another structure: its own choices where it lacks those of the first."""
+    own = {
+        name: value if (value := getattr(settings, name)) in known else known[0]
+        for name, known in GOES_WITH[structure].items()
+    }
+    return replace(settings, structure=structure, **own, leaf_size=None, parts={})
+
+
+def eye_of(context: bpy.types.Context) -> tuple[Any, Any]:
+    """Where the view is from, and, of an orthographic one, where it looks; that of the scene's camera where there is no
+    3D viewport. Raises UserError where there is neither."""
+    view = context.region_data if context.area is not None and context.area.type == "VIEW_3D" else None
+    if view is None:
+        camera = context.scene.camera
+        if camera is None:
+            raise UserError("there is no view: call it from a 3D viewport, or give the scene a camera")
+        return _eye(camera.matrix_world, camera.type == "CAMERA" and camera.data.type == "ORTHO")
+    return _eye(view.view_matrix.inverted(), not view.is_perspective)
+
+
+def _eye(matrix: Any, is_parallel: bool) -> tuple[Any, Any]:
+    along = [-matrix[row][2] for row in range(3)]
+    return list(matrix.translation), along if is_parallel else None

@@ -1,0 +1,71 @@
+"""For scripts in a window: steps between which Blender draws, clicks and keys, and screenshots of the screen."""
+
+from __future__ import annotations
+
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+
+import bpy
+
+
+def run(steps: Iterator[None], *, pause: float = 0.1) -> None:
+    """Each step in a call of a timer; after the last one, or an error, Blender quits."""
+
+    def next_step() -> float | None:
+        more = False
+        try:
+            more = next(steps, "the end") is None
+        finally:  # an error ends the timer, and Blender would stay open
+            if not more:
+                bpy.ops.wm.quit_blender()
+        return pause if more else None
+
+    bpy.context.preferences.view.show_splash = False
+    bpy.app.timers.register(next_step, first_interval=1.0)
+
+
+def window() -> bpy.types.Window:
+    return bpy.context.window_manager.windows[0]
+
+
+def area(kind: str) -> bpy.types.Area:
+    """The largest of its kind."""
+    return max((a for a in window().screen.areas if a.type == kind), key=lambda a: a.width * a.height)
+
+
+def region(of: bpy.types.Area, kind: str = "WINDOW") -> bpy.types.Region:
+    return next(part for part in of.regions if part.type == kind)
+
+
+def within(of: bpy.types.Area) -> object:
+    """The context of that area, for operators."""
+    return bpy.context.temp_override(window=window(), area=of, region=region(of))
+
+
+def press(kind: str, x: int = 400, y: int = 400) -> None:
+    """A key or a button of the mouse, down and up, at a place of the window."""
+    window().event_simulate(type="MOUSEMOVE", value="NOTHING", x=x, y=y)
+    window().event_simulate(type=kind, value="PRESS", x=x, y=y)
+    window().event_simulate(type=kind, value="RELEASE", x=x, y=y)
+
+
+def drawn(times: int = 4) -> Iterator[None]:
+    """Everything once more, and time for it."""
+    for a in window().screen.areas:
+        a.tag_redraw()
+    for _ in range(times):
+        yield
+
+
+def shot(path: Path) -> None:
+    subprocess.run(["import", "-window", "root", str(path)], check=True)
+
+
+def until(is_so: object, times: int = 600) -> Iterator[None]:
+    """Steps until `is_so()`; an error if it never comes."""
+    for _ in range(times):
+        if is_so():  # type: ignore[operator]
+            return
+        yield
+    raise AssertionError("it never came")
