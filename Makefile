@@ -21,7 +21,7 @@ NATIVE := rust-toolchain.toml native/Cargo.toml native/Cargo.lock \
 	$(shell find native/bih-core native/bih-python \( -name target -o -name __pycache__ \) -prune -o -print)
 
 .PHONY: help preview test fuzz stress mutations bench bench-quick tables report lint types test-rust test-neon test-address test-miri test-memory test-loom \
-	test-python \
+	test-python test-hosts \
 	package real-blender format lock clean machine test-machine
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
@@ -29,6 +29,7 @@ NATIVE := rust-toolchain.toml native/Cargo.toml native/Cargo.lock \
 help:
 	@echo "make preview [SCENE=my.blend]  trace the scene to build/preview.png and .exr, its tree to build/overlay.png"
 	@echo "make test                      all checks and tests (lint, types, test-rust, test-neon, test-loom, test-python)"
+	@echo "make test-hosts [HOSTS=4.2]    the Blender tests in each version that is supported: 4.2, 4.5, 5.0, 5.2 (400 MB each)"
 	@echo "make test-memory               what memory the core reads: AddressSanitizer, then Miri (two minutes)"
 	@echo "make test-loom                 every order in which threads can meet where a tree is built on demand"
 	@echo "make stress                    the hard cases long (hours): 10 million aimed rays, all of the sweeps, make mutations"
@@ -42,7 +43,7 @@ help:
 	@echo "make package                   the extension's zip, in build/ (on Linux also with PLATFORM=linux-arm64)"
 	@echo "make real-blender              a Blender for the tests, where none is installed (Debian, as root)"
 	@echo "make format                    format Python and Rust"
-	@echo "make lock                      requirements*.lock from requirements*.in"
+	@echo "make lock                      every lock file from the .in file beside it"
 	@echo "make clean                     delete all that was built"
 
 preview: $(VENV)/.bihtree
@@ -95,6 +96,9 @@ test-python: $(VENV)/.tests $(VENV)/.bihtree
 	@$(BIN)/python tools/real_blender.py > /dev/null || true
 	$(BIN)/python -m pytest --quiet tests
 
+test-hosts: $(VENV)/.tests $(VENV)/.bihtree
+	@$(BIN)/python tools/hosts.py $(HOSTS)
+
 stress: export BIHTREE_STRESS := 1
 stress: export BIHTREE_EXAMPLES := 5000
 stress: export PROPTEST_CASES := 20000
@@ -119,9 +123,11 @@ format: $(VENV)/.tests
 	cd native && cargo fmt
 	cd benchmarks/harness && cargo fmt
 
+UV_COMPILE = $(BIN)/uv pip compile --quiet --universal --generate-hashes --no-annotate --custom-compile-command "make lock"
 lock: $(VENV)/.tests
-	for name in requirements requirements-addon requirements-dev; do $(BIN)/uv pip compile --quiet --universal --python-version 3.11 \
-		--generate-hashes --no-annotate --custom-compile-command "make lock" --output-file $$name.lock $$name.in; done
+	for name in requirements requirements-addon requirements-dev tests/hosts/blender-4.2 tests/hosts/blender-4.5; do \
+		$(UV_COMPILE) --python-version 3.11 --output-file $$name.lock $$name.in; done
+	$(UV_COMPILE) --python-version 3.13 --output-file tests/hosts/blender-5.2.lock tests/hosts/blender-5.2.in
 
 clean:
 	rm -rf build native/target benchmarks/harness/target

@@ -1,22 +1,27 @@
-"""In a window: the 3D viewport in Rendered mode, orbited, with an object moved and edited; screenshots of each.
+"""In a window: the 3D viewport in Rendered mode, orbited, with an object moved; then disturbed in every way, often.
 
-Arguments: FOLDER. report.json there says where the viewport's region is in the window, and is written last.
+Arguments: FOLDER ROUNDS. A screenshot of each step lies there. report.json says what they show, and how much memory
+Blender had after 5 rounds and at the end; it is written last.
 """
 
 import json
+import os
 import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+import addon_utils
 import bpy
 from mathutils import Quaternion
 
-PAUSE = 0.1
-PAUSES_BETWEEN_LOOKS = 8
-PATIENCE = 60
+MODULE = "bl_ext.user_default.bih"
+PAUSE = 0.05
+PAUSES_BETWEEN_LOOKS = 6
+PATIENCE = 100
+folder, rounds = sys.argv[sys.argv.index("--") + 1 :]
+report: dict[str, object] = {"shots": {}, "pages": []}
 last_shot: list[bytes] = []
-(folder,) = map(Path, sys.argv[sys.argv.index("--") + 1 :])
 
 
 def viewport() -> bpy.types.Area:
@@ -28,9 +33,22 @@ def region() -> bpy.types.Region:
     return next(region for region in viewport().regions if region.type == "WINDOW")
 
 
+def scene() -> bpy.types.Scene:
+    return bpy.context.window_manager.windows[0].scene
+
+
+def owner() -> bpy.types.Object:
+    return scene().objects["Bunny"]
+
+
+def show(kind: str) -> None:
+    viewport().spaces[0].shading.type = kind
+
+
 def screen(name: str) -> bytes:
-    subprocess.run(["import", "-window", "root", folder / name], check=True)
-    return (folder / name).read_bytes()
+    path = Path(folder, name)
+    subprocess.run(["import", "-window", "root", path], check=True)
+    return path.read_bytes()
 
 
 def shot(name: str) -> Iterator[None]:
@@ -46,28 +64,106 @@ def shot(name: str) -> Iterator[None]:
         earlier = now
     last_shot.append(now)
     screen(f"{name}.png")
+    seen = viewport().spaces[0].region_3d
+    report["shots"][name] = {
+        "view": [list(row) for row in seen.view_matrix],
+        "window": [list(row) for row in seen.window_matrix],
+        "object": [list(row) for row in owner().matrix_world],
+        "place": {name: getattr(region(), name) for name in ("x", "y", "width", "height")},
+    }
 
 
-def steps() -> Iterator[None]:
-    window = bpy.context.window_manager.windows[0]
-    scene = window.scene
-    scene.render.engine = "BIH_PREVIEW"
-    scene.bih.viewport_samples = 4
+def set_up() -> None:
+    scene().render.engine = "BIH_PREVIEW"
+    scene().render.dither_intensity = 0.0  # dither would change the last bit on purpose
+    scene().bih.viewport_samples = 3
     space = viewport().spaces[0]
     space.overlay.show_overlays = False
     space.show_gizmo = False
-    space.shading.type = "SOLID"
+
+
+def move() -> None:
+    owner().location.z += 0.1
+
+
+def undo() -> None:
+    window = bpy.context.window_manager.windows[0]
+    with bpy.context.temp_override(window=window, area=viewport(), region=region()):
+        bpy.ops.ed.undo_push(message="Before")
+        move()
+        bpy.ops.ed.undo_push(message="Moved")
+        assert bpy.ops.ed.undo() == {"FINISHED"}
+
+
+def delete() -> None:
+    bpy.data.objects.remove(owner())
+
+
+def edit() -> None:
+    for vertex in owner().data.vertices[:100]:
+        vertex.co.z += 0.1
+    owner().data.update()
+
+
+def reload_scripts() -> None:
+    addon_utils.disable(MODULE)
+    addon_utils.enable(MODULE)
+
+
+def other_engine() -> None:
+    scene().render.engine = "BLENDER_WORKBENCH"
+
+
+def open_again() -> None:
+    bpy.ops.wm.open_mainfile(filepath=bpy.data.filepath)
+
+
+DISTURBED_BY = (
+    move,
+    edit,
+    undo,
+    reload_scripts,
+    other_engine,
+    delete,
+    open_again,
+)
+
+
+def pages() -> int:
+    return int(Path("/proc/self/statm").read_text().split()[1])
+
+
+def steps() -> Iterator[None]:
+    set_up()
+    show("SOLID")
     yield from shot("solid")
-    space.shading.type = "RENDERED"
+    show("RENDERED")
     yield from shot("rendered")
-    space.region_3d.view_perspective = "PERSP"
-    space.region_3d.view_rotation = Quaternion((0.0, 0.0, 1.0), 0.6) @ space.region_3d.view_rotation
+    seen = viewport().spaces[0].region_3d
+    seen.view_rotation = Quaternion((0.0, 0.0, 1.0), 0.6) @ seen.view_rotation
     yield from shot("orbited")
-    owner = next(owner for owner in scene.objects if owner.type == "MESH")
-    owner.location.z += 0.5 * max(owner.dimensions)
+    owner().location.z += 0.3 * max(owner().dimensions)
     yield from shot("moved")
-    where = {name: getattr(region(), name) for name in ("x", "y", "width", "height")}
-    (folder / "report.json").write_text(json.dumps(where))
+    open_again()
+    yield
+    for number in range(int(rounds)):
+        set_up()
+        show("RENDERED")
+        yield
+        DISTURBED_BY[number % len(DISTURBED_BY)]()
+        yield
+        show("SOLID")
+        open_again()
+        yield
+        if number + 1 in (5, int(rounds)):
+            report["pages"].append(pages())
+    set_up()
+    show("SOLID")
+    yield from shot("solid again")
+    show("RENDERED")
+    yield from shot("rendered again")
+    report["pid"] = os.getpid()
+    Path(folder, "report.json").write_text(json.dumps(report))
 
 
 def next_step() -> float | None:
@@ -82,4 +178,4 @@ def next_step() -> float | None:
 
 script = steps()
 bpy.context.preferences.view.show_splash = False
-bpy.app.timers.register(next_step, first_interval=1.0)
+bpy.app.timers.register(next_step, first_interval=1.0, persistent=True)

@@ -1,0 +1,107 @@
+"""Rendered mode in a window: what is on the screen is what the pipeline traces of that view, and nothing ends it."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import OpenImageIO
+import pytest
+from numpy.typing import NDArray
+
+from addon.blender.job import Source
+from addon.blender.job import read as read_source
+from addon.pipeline.camera import CameraView
+from addon.pipeline.image import to_srgb8
+from addon.pipeline.session import Session
+from addon.pipeline.settings import Settings
+from tests.blender.real import BUNNY, INSIDE, PROJECT, read, run
+from tests.blender.test_window import install_into, window_command
+
+ROUNDS = 50
+SAMPLES = 3
+MARGIN = (100, 80)
+"""Pixels left out at each side, and at the top and bottom: Blender's buttons lie over the picture there."""
+
+STEPS = ("solid", "rendered", "orbited", "moved", "solid again", "rendered again")
+
+
+@pytest.fixture(scope="module")
+def session(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, Any], Path]:
+    """What one session in a window leaves: its report, and the folder of its screenshots."""
+    folder = tmp_path_factory.mktemp("viewport")
+    in_a_window = window_command("--window-maximized", BUNNY, "--python", INSIDE / "viewport.py", "--", folder, ROUNDS)
+    install_into(folder / "profile")
+    done = run(in_a_window, folder / "profile")
+    assert (folder / "report.json").exists(), done.stdout + done.stderr
+    assert "Traceback" not in done.stdout + done.stderr
+    kept = PROJECT / "build" / "screenshots"  # for a person to look at
+    kept.mkdir(parents=True, exist_ok=True)
+    for name in STEPS:
+        shutil.copy(folder / f"{name}.png", kept / f"viewport {name}.png")
+    return json.loads((folder / "report.json").read_text()), folder
+
+
+def middle(session: tuple[dict[str, Any], Path], name: str) -> NDArray[np.uint8]:
+    """(H, W, 3) the viewport of a screenshot, without its margin; first row at the top."""
+    report, folder = session
+    place = report["shots"][name]["place"]
+    screen = read(folder / f"{name}.png")[..., :3]
+    top = screen.shape[0] - place["y"] - place["height"]
+    rows = slice(top + MARGIN[1], top + place["height"] - MARGIN[1])
+    return screen[rows, place["x"] + MARGIN[0] : place["x"] + place["width"] - MARGIN[0]]
+
+
+def traced(session: tuple[dict[str, Any], Path], name: str) -> NDArray[np.uint8]:
+    """(H, W, 4) the same part as the pipeline makes it, from the wheel's export and the matrices of the window."""
+    shot = session[0]["shots"][name]
+    scene, _, _ = read_source(Source(BUNNY, None))
+    matrices = scene.instance_matrix.copy()
+    row = [scene.meshes[mesh].name for mesh in scene.instance_mesh].index("Bunny")
+    matrices[row] = shot["object"]
+    to_clip = np.array(shot["window"]) @ np.array(shot["view"])
+    size = shot["place"]["width"], shot["place"]["height"]
+    view = CameraView(np.linalg.inv(to_clip), *size, near=0.1, perspective=True)
+    running = Session()
+    running.show(replace(scene, instance_matrix=matrices), Settings(), view, samples=SAMPLES)
+    assert running.wait(60, until_last=True) and running.shown, running.problem
+    picture = to_srgb8(running.shown.pixels)[::-1]
+    running.stop()
+    return picture[MARGIN[1] : -MARGIN[1], MARGIN[0] : -MARGIN[0]]
+
+
+@pytest.mark.parametrize("name", ["rendered", "orbited", "moved", "rendered again"])
+def test_the_screen_shows_what_is_traced(session, name):
+    """Where the picture is opaque; half floats and two conversions to sRGB are apart by a step or two of 255, and at
+    edges by some more."""
+    shown, picture = middle(session, name), traced(session, name)
+    opaque = picture[..., 3] == 255
+    assert opaque.sum() > 5000 and np.ptp(picture[opaque]) > 128, "a picture of something"
+    difference = np.abs(shown.astype(int) - picture[..., :3])[opaque]
+    assert np.quantile(difference, 0.99) <= 2 and difference.mean() < 0.5 and difference.max() <= 24
+
+
+@pytest.mark.parametrize(("name", "other"), [("rendered", "solid"), ("orbited", "rendered"), ("moved", "orbited")])
+def test_each_step_changes_the_picture(session, name, other):
+    a, b = (OpenImageIO.ImageBuf(np.ascontiguousarray(middle(session, step))) for step in (name, other))
+    compared = OpenImageIO.ImageBufAlgo.compare(a, b, 0.1, 0.05)
+    assert compared.nfail > 2000
+
+
+def test_after_all_that_the_picture_is_the_first_one(session):
+    """Files opened again, objects moved, edited and deleted, undo, engines switched and the add-on reloaded while the
+    view is traced: in the same view the same picture comes as at first."""
+    a, b = (
+        OpenImageIO.ImageBuf(np.ascontiguousarray(middle(session, step))) for step in ("rendered", "rendered again")
+    )
+    compared = OpenImageIO.ImageBufAlgo.compare(a, b, 1 / 255, 1 / 255)
+    assert compared.nfail == 0
+
+
+def test_no_memory_is_left_behind(session):
+    after_5, at_the_end = session[0]["pages"]
+    assert at_the_end <= 1.05 * after_5
