@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import bihtree
 import bpy
@@ -187,21 +188,21 @@ class Layout:
     def column(self, align: bool) -> Layout:
         return self
 
-    def split(self, factor: float) -> Layout:
-        return self
-
 
 def test_the_panel_shows_what_the_scene_needed():
+    wide = SimpleNamespace(
+        region=SimpleNamespace(width=10_000), preferences=SimpleNamespace(system=SimpleNamespace(ui_scale=1.0))
+    )
     layout = Layout()
-    draw_needs(layout, [])
+    draw_needs(layout, [], wide)
     assert layout.shown == []
     part = {"part": "shadow rays", "kept": False, "why": "no light", "saves": "9 rays"}
-    draw_needs(layout, [part, {"part": "tree", "kept": True, "why": "9 triangles", "saves": ""}])
+    draw_needs(layout, [part, {"part": "tree", "kept": True, "why": "9 triangles", "saves": ""}], wide)
     assert layout.shown[1:] == [
         ("Shadow rays", "CHECKBOX_DEHLT"),
-        ("no light; 9 rays", "NONE"),
+        ("no light; 9 rays", "BLANK1"),
         ("Tree", "CHECKBOX_HLT"),
-        ("9 triangles", "NONE"),
+        ("9 triangles", "BLANK1"),
     ]
 
 
