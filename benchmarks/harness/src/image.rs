@@ -3,7 +3,8 @@
 use std::f32::consts::PI;
 
 use bih_core::Control;
-use bih_core::render::{Camera, Light, Lighting, RenderOptions, Tile, Wanted, render, sample_offset};
+use bih_core::render::{Appearance, Camera, Light, Lighting, RenderOptions, Tile, Wanted, render, sample_offset};
+use bih_core::traverse::Tracer;
 use rayon::prelude::*;
 
 use crate::bih::BihTree;
@@ -29,15 +30,17 @@ fn power(view: &View) -> f32 {
 pub fn by_bih(built: &BihTree, view: &View, samples: u32, shadows: bool) -> Picture {
     let (width, height) = (view.width as u32, view.height as u32);
     let camera = Camera::new(clip_to_world(view), width, height).expect("the view has an inverse");
-    let light = Light::Point { position: view.light.map(f64::from), power: [f64::from(power(view)); 3] };
+    let light = Light::point(view.light.map(f64::from), [f64::from(power(view)); 3]);
     let options = RenderOptions {
         tile: Tile { x: 0, y: 0, width, height },
         samples,
         seed: 0,
-        lighting: Lighting { lights: vec![light], shadows },
+        lighting: Lighting { lights: vec![light], shadows, ..Default::default() },
+        background: [0.0; 4],
         wanted: Wanted { combined: true, ..Wanted::default() },
     };
-    let passes = render(&built.tree, &built.triangles, &camera, &options, &Control::default());
+    let tracer = Tracer::new(&built.tree, &built.triangles);
+    let passes = render(&tracer, &Appearance::default(), &camera, &options, &Control::default());
     passes.expect("nothing cancels it").combined.into_iter().map(|[red, ..]| red).collect()
 }
 

@@ -2,8 +2,8 @@
 //! `make test-neon` checks by running this on two.
 
 use bih_core::build::{Layout, Precision};
-use bih_core::render::{Camera, Lighting, RenderOptions, Tile, Wanted, render};
-use bih_core::traverse::{Hits, Limits, RayBatch, Vectors};
+use bih_core::render::{Appearance, Camera, Light, Lighting, RenderOptions, Shape, Tile, Wanted, render};
+use bih_core::traverse::{Hits, Limits, RayBatch, Tracer, Vectors};
 use bih_core::{BuildOptions, Control, Triangles, Vertices, build};
 
 const SIDE: usize = 40;
@@ -55,7 +55,17 @@ fn main() {
         tile: Tile { x: 0, y: 0, width: 40, height: 30 },
         samples: 2,
         seed: 1,
-        lighting: Lighting::default(),
+        lighting: Lighting {
+            lights: vec![Light {
+                shape: Shape::Point { position: [0.2, 0.4, 2.0], radius: 0.3 },
+                colour: [9.0; 3],
+                casts_shadows: true,
+            }],
+            shadows: true,
+            ambient: Some([0.1; 3]),
+            occlusion: Some(0.5),
+        },
+        background: [0.0; 4],
         wanted: Wanted::ALL,
     };
     let control = Control::default();
@@ -73,7 +83,8 @@ fn main() {
             digest.add(&hits);
             digest.add(&batch.occluded(&tree, &triangles, &control).expect("shadows"));
             digest.add(&batch.cost(&tree, &triangles, &control).expect("counts"));
-            digest.add(&render(&tree, &triangles, &camera, &options, &control).expect("a picture"));
+            let (tracer, looks) = (Tracer::new(&tree, &triangles), Appearance::default());
+            digest.add(&render(&tracer, &looks, &camera, &options, &control).expect("a picture"));
         }
     }
     println!("{:016x}", digest.0);

@@ -1,7 +1,9 @@
 //! Pictures, traced in packets, against single rays.
 
 use bih_core::build::{Layout, Precision};
-use bih_core::render::{Camera, Light, Lighting, Passes, RenderOptions, Tile, Wanted, render, sample_offset};
+use bih_core::render::{
+    Appearance, Camera, Light, Lighting, Passes, RenderOptions, Tile, Wanted, render, sample_offset,
+};
 use bih_core::simd::InstructionSet;
 use bih_core::traverse::{Stack, Tracer, Way};
 use bih_core::{BuildOptions, Control, Tree, Triangles, Vertices, build};
@@ -52,20 +54,26 @@ fn camera(offset: f64) -> Camera {
 
 fn options(offset: f64, samples: u32, cost: bool) -> RenderOptions {
     let lights = vec![
-        Light::Point { position: [2.0 + offset, 1.5 - offset, 0.8 + offset], power: [40.0, 30.0, 20.0] },
-        Light::Sun { direction: [-0.5, 0.3, -0.4], irradiance: [1.0; 3] },
+        Light::point([2.0 + offset, 1.5 - offset, 0.8 + offset], [40.0, 30.0, 20.0]),
+        Light::sun([-0.5, 0.3, -0.4], [1.0; 3]),
     ];
     RenderOptions {
         tile: Tile { x: 0, y: 0, width: WIDTH, height: HEIGHT },
         samples,
         seed: 1,
-        lighting: Lighting { lights, shadows: true },
+        lighting: Lighting { lights, shadows: true, ..Default::default() },
+        background: [0.0; 4],
         wanted: Wanted { cost, ..Wanted::ALL },
     }
 }
 
+fn picture_by(tree: &Tree, triangles: &Triangles, offset: f64, options: &RenderOptions) -> Passes {
+    let tracer = Tracer::new(tree, triangles);
+    render(&tracer, &Appearance::default(), &camera(offset), options, &Control::default()).unwrap()
+}
+
 fn picture(tree: &Tree, triangles: &Triangles, offset: f64, samples: u32, cost: bool) -> Passes {
-    render(tree, triangles, &camera(offset), &options(offset, samples, cost), &Control::default()).unwrap()
+    picture_by(tree, triangles, offset, &options(offset, samples, cost))
 }
 
 #[test]
@@ -126,15 +134,18 @@ fn passes_that_nobody_wants_change_no_other() {
     let none = Passes { width: WIDTH as usize, height: HEIGHT as usize, ..Passes::default() };
     let traced = |wanted: Wanted| {
         let options = RenderOptions { wanted, ..options(0.0, 2, true) };
-        render(&tree, &triangles, &camera(0.0), &options, &Control::default()).unwrap()
+        picture_by(&tree, &triangles, 0.0, &options)
     };
     let nothing = Wanted::default();
     assert_eq!(traced(nothing), none);
-    let Passes { combined, depth, normal, position, triangle, cost, .. } = all;
+    let Passes { combined, depth, normal, position, triangle, instance, object_index, material_index, cost, .. } = all;
     assert_eq!(traced(Wanted { combined: true, ..nothing }), Passes { combined, ..none.clone() });
     assert_eq!(traced(Wanted { depth: true, ..nothing }), Passes { depth, ..none.clone() });
     assert_eq!(traced(Wanted { normal: true, ..nothing }), Passes { normal, ..none.clone() });
     assert_eq!(traced(Wanted { position: true, ..nothing }), Passes { position, ..none.clone() });
     assert_eq!(traced(Wanted { triangle: true, ..nothing }), Passes { triangle, ..none.clone() });
+    assert_eq!(traced(Wanted { instance: true, ..nothing }), Passes { instance, ..none.clone() });
+    assert_eq!(traced(Wanted { object_index: true, ..nothing }), Passes { object_index, ..none.clone() });
+    assert_eq!(traced(Wanted { material_index: true, ..nothing }), Passes { material_index, ..none.clone() });
     assert_eq!(traced(Wanted { cost: true, ..nothing }), Passes { cost, ..none });
 }

@@ -2,14 +2,17 @@
 
 #![forbid(unsafe_code)]
 
+mod appearance;
 mod arrays;
 mod camera;
 mod errors;
 mod hits;
+mod lights;
 mod mesh;
 mod options;
 mod query;
 mod render;
+mod rows;
 mod scene;
 mod stats;
 mod supervise;

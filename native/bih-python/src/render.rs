@@ -2,25 +2,32 @@
 
 use std::collections::HashMap;
 
-use bih_core::render::{Light, Lighting, RenderOptions, Tile, Wanted, render as core_render};
+use bih_core::render::{Lighting, RenderOptions, Tile, Wanted, render as core_render};
 use bih_core::simd::FloatEnvironment;
-use numpy::{Element, PyArray, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
+use bih_core::traverse::Tracer;
+use numpy::{Element, PyArray, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::arrays::{as_array, converted};
+use crate::appearance::{MeshArrays, of_tree};
 use crate::camera::Camera;
 use crate::errors::GeometryError;
+use crate::lights::read_lights;
 use crate::supervise::supervise;
 use crate::tree::{Tree, count};
 
-const PASSES: [&str; 6] = ["combined", "depth", "normal", "position", "triangle", "cost"];
+const PASSES: [&str; 9] =
+    ["combined", "depth", "normal", "position", "triangle", "instance", "object_index", "material_index", "cost"];
 
 /// Trace one picture in one call.
 #[pyfunction]
-#[pyo3(signature = (scene, camera, *, passes=vec!["combined".to_owned()], samples=1, seed=0, shadows=true, lights=None,
-    tile=None, progress=None))]
+#[pyo3(signature = (scene, camera, *, passes=vec!["combined".to_owned()], samples=1, seed=0, shadows=true,
+    ambient_occlusion=false, ambient_occlusion_distance=f64::INFINITY, lights=None, ambient=None, background=None,
+    surfaces=None, objects=None, materials=None, corner_normals=None, tile=None, progress=None),
+    text_signature = "(scene, camera, *, passes=['combined'], samples=1, seed=0, shadows=True, ambient_occlusion=False, \
+ambient_occlusion_distance=1e999, lights=None, ambient=None, background=None, surfaces=None, objects=None, \
+materials=None, corner_normals=None, tile=None, progress=None)")]
 #[expect(clippy::too_many_arguments, reason = "they are keywords in Python")]
 pub fn render<'py>(
     py: Python<'py>,
@@ -30,7 +37,15 @@ pub fn render<'py>(
     samples: i64,
     seed: i64,
     shadows: bool,
+    ambient_occlusion: bool,
+    ambient_occlusion_distance: f64,
     lights: Option<&Bound<'py, PyAny>>,
+    ambient: Option<[f64; 3]>,
+    background: Option<[f64; 4]>,
+    surfaces: Option<&Bound<'py, PyAny>>,
+    objects: Option<&Bound<'py, PyAny>>,
+    materials: Option<&Bound<'py, PyAny>>,
+    corner_normals: Option<&Bound<'py, PyAny>>,
     tile: Option<[i64; 4]>,
     progress: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
@@ -41,16 +56,33 @@ pub fn render<'py>(
     let samples = count("samples", samples, 1)?;
     let samples =
         u32::try_from(samples).map_err(|_| PyValueError::new_err(format!("samples: {samples} are too many")))?;
+    let background = background.unwrap_or_default();
+    check_finite("ambient", &ambient.unwrap_or_default())?;
+    check_finite("background", &background)?;
+    if ambient_occlusion_distance.is_nan() || ambient_occlusion_distance <= 0.0 {
+        let text = format!("ambient_occlusion_distance: {ambient_occlusion_distance} is not above 0");
+        return Err(GeometryError::new_err(text));
+    }
     let options = RenderOptions {
         tile: part(tile, camera)?,
         samples,
         seed: count("seed", seed, 0)? as u64,
-        lighting: Lighting { lights: lights.map_or(Ok(Vec::new()), read_lights)?, shadows },
+        lighting: Lighting {
+            lights: lights.map_or(Ok(Vec::new()), read_lights)?,
+            shadows,
+            ambient,
+            occlusion: ambient_occlusion.then_some(ambient_occlusion_distance),
+        },
+        background,
         wanted: wanted(&passes),
     };
+    let rows = scene.with_triangles(py, |triangles| triangles.len())?;
+    let mesh = MeshArrays::new(materials, corner_normals, rows)?;
+    let appearance = of_tree(surfaces, objects, &mesh, rows)?;
     let picture = scene.with_triangles(py, |triangles| {
+        let traced = Tracer::new(&scene.core, &triangles);
         supervise(py, scene.pool.as_ref(), progress, |control| {
-            Ok(core_render(&scene.core, &triangles, &camera.inner, &options, control)?)
+            Ok(core_render(&traced, &appearance, &camera.inner, &options, control)?)
         })
     })??;
     let result = PyDict::new(py);
@@ -61,6 +93,9 @@ pub fn render<'py>(
         ("normal", channels(py, picture.normal, shape)?),
         ("position", channels(py, picture.position, shape)?),
         ("triangle", flat(py, picture.triangle, shape, 1)?),
+        ("instance", flat(py, picture.instance, shape, 1)?),
+        ("object_index", flat(py, picture.object_index, shape, 1)?),
+        ("material_index", flat(py, picture.material_index, shape, 1)?),
         ("cost", channels(py, picture.cost, shape)?),
     ]);
     for pass in &passes {
@@ -79,7 +114,17 @@ fn wanted(passes: &[String]) -> Wanted {
         normal: is_wanted("normal"),
         position: is_wanted("position"),
         triangle: is_wanted("triangle"),
+        instance: is_wanted("instance"),
+        object_index: is_wanted("object_index"),
+        material_index: is_wanted("material_index"),
         cost: is_wanted("cost"),
+    }
+}
+
+fn check_finite(name: &str, numbers: &[f64]) -> PyResult<()> {
+    match numbers.iter().find(|x| !x.is_finite()) {
+        Some(x) => Err(GeometryError::new_err(format!("{name}: holds {x}"))),
+        None => Ok(()),
     }
 }
 
@@ -114,33 +159,4 @@ fn part(tile: Option<[i64; 4]>, camera: &Camera) -> PyResult<Tile> {
         return Err(GeometryError::new_err(format!("tile: {tile:?} does not lie within {columns} x {rows} pixels")));
     }
     Ok(Tile { x: x as u32, y: y as u32, width: width as u32, height: height as u32 })
-}
-
-/// Rows of a structured array: kind, position, direction, colour.
-fn read_lights(lights: &Bound<'_, PyAny>) -> PyResult<Vec<Light>> {
-    let array = as_array("lights", lights)?;
-    let rows = array.len();
-    let field = |name: &str, columns: usize| -> PyResult<Vec<f64>> {
-        let refuse =
-            || GeometryError::new_err(format!("lights: expected a structured array (L,) with the field {name}"));
-        let values = array.get_item(name).map_err(|_| refuse())?;
-        let values = converted(&values, "float64")?.call_method1("reshape", (rows, columns)).map_err(|_| refuse())?;
-        Ok(values.cast_into::<PyArray2<f64>>()?.try_readonly()?.as_slice()?.to_vec())
-    };
-    let (kinds, colours) = (field("kind", 1)?, field("colour", 3)?);
-    let (positions, directions) = (field("position", 3)?, field("direction", 3)?);
-    (0..rows)
-        .map(|row| {
-            let vector = |values: &[f64]| -> [f64; 3] { std::array::from_fn(|i| values[3 * row + i]) };
-            let (position, direction, colour) = (vector(&positions), vector(&directions), vector(&colours));
-            if let Some(x) = position.iter().chain(&direction).chain(&colour).find(|x| !x.is_finite()) {
-                return Err(GeometryError::new_err(format!("lights: row {row} holds {x}")));
-            }
-            match kinds[row] {
-                0.0 => Ok(Light::Sun { direction, irradiance: colour }),
-                1.0 => Ok(Light::Point { position, power: colour }),
-                kind => Err(GeometryError::new_err(format!("lights: row {row} is of kind {kind}; 0 sun or 1 point"))),
-            }
-        })
-        .collect()
 }

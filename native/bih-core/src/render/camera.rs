@@ -125,30 +125,6 @@ impl Camera {
     }
 }
 
-/// The place of a sample within its pixel: the centre first, then an additive recurrence that fills the square evenly
-/// (Roberts 2018, "The Unreasonable Effectiveness of Quasirandom Sequences"; the plastic number). `seed` shifts all but
-/// the first.
-pub fn sample_offset(sample: u32, seed: u64) -> [f64; 2] {
-    const STEP: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
-    if sample == 0 {
-        return [0.5; 2];
-    }
-    let shift = if seed == 0 { [0.0; 2] } else { [unit(scramble(seed)), unit(scramble(seed ^ u64::MAX))] };
-    std::array::from_fn(|i| (0.5 + f64::from(sample) * STEP[i] + shift[i]).fract())
-}
-
-/// The finaliser of SplitMix64 (Steele, Lea and Flood 2014).
-fn scramble(x: u64) -> u64 {
-    let x = (x ^ x >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let x = (x ^ x >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-    x ^ x >> 31
-}
-
-/// The upper 53 bits as a number from 0 to 1.
-fn unit(x: u64) -> f64 {
-    (x >> 11) as f64 / (1u64 << 53) as f64
-}
-
 /// By Gauss and Jordan with row pivots; none where the matrix is singular or not finite.
 fn inverse(matrix: &Matrix) -> Option<Matrix> {
     let mut left = *matrix;
@@ -215,14 +191,5 @@ mod tests {
     fn singular_matrices_are_refused() {
         assert_eq!(Camera::new([[0.0; 4]; 4], 1, 1), Err(SingularMatrix));
         assert_eq!(Camera::new([[f64::NAN; 4]; 4], 1, 1), Err(SingularMatrix));
-    }
-
-    #[test]
-    fn samples_start_at_the_centre_and_stay_in_the_pixel() {
-        assert_eq!(sample_offset(0, 7), [0.5; 2]);
-        for sample in 1..1000 {
-            assert!(sample_offset(sample, 42).iter().all(|x| (0.0..1.0).contains(x)));
-        }
-        assert_ne!(sample_offset(1, 1), sample_offset(1, 2));
     }
 }

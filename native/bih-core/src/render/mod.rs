@@ -1,11 +1,21 @@
 //! One picture in one call: camera rays in tiles, shaded natively, as passes.
 
+mod appearance;
 mod camera;
+mod light;
 mod passes;
+mod sampling;
 mod shade;
+mod surface;
 mod tiles;
+mod traced;
+mod visible;
 
-pub use camera::{Camera, SingularMatrix, sample_offset};
+pub use appearance::{Appearance, GREY, MeshLook, NoSurface, Object, Surface};
+pub use camera::{Camera, SingularMatrix};
+pub use light::{Light, Shape};
 pub use passes::{Passes, Wanted};
-pub use shade::{Light, Lighting};
+pub use sampling::sample_offset;
+pub use shade::Lighting;
 pub use tiles::{RenderOptions, Tile, render};
+pub use traced::{Seen, Traced};

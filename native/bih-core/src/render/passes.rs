@@ -15,14 +15,29 @@ pub struct Wanted {
     pub position: bool,
     /// Rows of triangles.
     pub triangle: bool,
+    /// Rows of instances, or of the objects of one tree.
+    pub instance: bool,
+    /// What the objects' own index says.
+    pub object_index: bool,
+    /// What the surfaces' own index says.
+    pub material_index: bool,
     /// The work of the rays through the centres: they are traced once more, one by one.
     pub cost: bool,
 }
 
 impl Wanted {
     /// Every pass.
-    pub const ALL: Self =
-        Self { combined: true, depth: true, normal: true, position: true, triangle: true, cost: true };
+    pub const ALL: Self = Self {
+        combined: true,
+        depth: true,
+        normal: true,
+        position: true,
+        triangle: true,
+        instance: true,
+        object_index: true,
+        material_index: true,
+        cost: true,
+    };
 }
 
 /// A picture or a tile of it, row by row from the lower left; passes that nobody wanted are empty.
@@ -42,6 +57,12 @@ pub struct Passes {
     pub position: Vec<[f32; 3]>,
     /// Row of the triangle; -1 for a miss.
     pub triangle: Vec<i32>,
+    /// Row of the instance, or of the object among those of one tree; -1 for a miss.
+    pub instance: Vec<i32>,
+    /// The object's own index; 0 for a miss.
+    pub object_index: Vec<i32>,
+    /// The surface's own index; 0 for a miss.
+    pub material_index: Vec<i32>,
     /// Nodes visited and triangles tested by the ray through the centre.
     pub cost: Vec<[f32; 2]>,
 }
@@ -54,6 +75,9 @@ pub(super) struct TilePasses<'a> {
     pub normal: Pixels<'a, [f32; 3]>,
     pub position: Pixels<'a, [f32; 3]>,
     pub triangle: Pixels<'a, i32>,
+    pub instance: Pixels<'a, i32>,
+    pub object_index: Pixels<'a, i32>,
+    pub material_index: Pixels<'a, i32>,
     pub cost: Pixels<'a, [f32; 2]>,
 }
 
@@ -69,6 +93,9 @@ impl Passes {
             normal: pages::zeroed(count(wanted.normal)),
             position: pages::zeroed(count(wanted.position)),
             triangle: pages::zeroed(count(wanted.triangle)),
+            instance: pages::zeroed(count(wanted.instance)),
+            object_index: pages::zeroed(count(wanted.object_index)),
+            material_index: pages::zeroed(count(wanted.material_index)),
             cost: pages::zeroed(count(wanted.cost)),
         }
     }
@@ -82,6 +109,9 @@ impl Passes {
         share(&mut self.normal, self.width, side, &mut tiles, |tile| &mut tile.normal);
         share(&mut self.position, self.width, side, &mut tiles, |tile| &mut tile.position);
         share(&mut self.triangle, self.width, side, &mut tiles, |tile| &mut tile.triangle);
+        share(&mut self.instance, self.width, side, &mut tiles, |tile| &mut tile.instance);
+        share(&mut self.object_index, self.width, side, &mut tiles, |tile| &mut tile.object_index);
+        share(&mut self.material_index, self.width, side, &mut tiles, |tile| &mut tile.material_index);
         share(&mut self.cost, self.width, side, &mut tiles, |tile| &mut tile.cost);
         tiles
     }

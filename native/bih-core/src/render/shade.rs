@@ -1,137 +1,171 @@
-//! Light on grey matter: suns and points with hard shadows, a headlight where there is no light.
+//! Light on matter that scatters it evenly (Lambert): direct light, the light of the surroundings, and what shines itself.
 
 use std::f64::consts::PI;
 
-use crate::geometry::{Ray, Vector, add_scaled, dot, normalise, subtract};
-use crate::traverse::{PACKET, Stack, Tracer, Way};
+use super::light::{Incoming, Light, Shape};
+use super::sampling::{Sampler, by_cosine};
+use super::traced::Traced;
+use super::visible::Visible;
+use crate::geometry::{Ray, Vector, add_scaled, dot, normalise};
+use crate::traverse::{PACKET, Stack};
 
-/// Reflectance of every surface, that of Blender's default material.
-const ALBEDO: f64 = 0.8;
-/// Radiance of the headlight at a surface that faces it, and what of it is left beside other lights.
+/// Radiance of a white surface that faces the headlight, where there is no other light, and beside others.
 const HEADLIGHT: f64 = 1.0;
 const FILL: f64 = 0.15;
-
-/// A light of no size.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Light {
-    /// Parallel light along `direction`; `irradiance` on a surface that faces it, in W/m².
-    Sun {
-        /// Where the light goes.
-        direction: Vector,
-        /// Red, green, blue.
-        irradiance: [f64; 3],
-    },
-    /// Light from `position` to all sides; `power` in W.
-    Point {
-        /// Where the light comes from.
-        position: Vector,
-        /// Red, green, blue.
-        power: [f64; 3],
-    },
-}
+/// Dimension of the samples of ambient occlusion; those of the lights come after it.
+const OCCLUSION: u32 = 0;
 
 /// What shines on the scene.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Lighting {
-    /// None: a headlight alone.
+    /// None, and nothing around: a headlight alone.
     pub lights: Vec<Light>,
     /// Whether lights are hidden by what stands before them.
     pub shadows: bool,
+    /// Radiance of what surrounds the scene, in place of the dim headlight that else fills what lights do not reach.
+    pub ambient: Option<[f64; 3]>,
+    /// Up to this distance surfaces hide the surroundings and the headlight from each other; none: not at all.
+    pub occlusion: Option<f64>,
 }
 
 /// A point on a surface.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Surface {
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Point {
     pub position: Vector,
-    /// Of unit length, towards the viewer.
+    /// The triangle's own, of unit length, on the viewer's side.
+    pub ground: Vector,
+    /// The one to shade by.
     pub normal: Vector,
     /// The position is not further than this from the triangle.
     pub error: f64,
+    /// Where the viewer looks.
+    pub view: Vector,
+    pub base: [f64; 3],
+    pub emission: [f64; 3],
+    pub sampler: Sampler,
 }
 
 impl Lighting {
-    /// Radiance of some surfaces, at most a packet of them, towards the viewers who look along `views`.
-    pub(super) fn shade(
+    /// Radiance of some points, at most a packet of them, towards the viewer.
+    pub(super) fn shade<T: Traced>(
         &self,
-        tracer: &Tracer,
-        surfaces: &[Surface],
-        views: &[Vector],
+        scene: &Visible<T>,
+        points: &[Point],
         stack: &mut Stack,
     ) -> [[f64; 3]; PACKET] {
         let mut radiance = [[0.0; 3]; PACKET];
-        let ambient = if self.lights.is_empty() { HEADLIGHT } else { FILL };
-        for ((radiance, surface), view) in radiance.iter_mut().zip(surfaces).zip(views) {
-            *radiance = [ambient * ALBEDO * dot(&surface.normal, view).abs(); 3];
+        let open = self.open(scene, points, stack);
+        for ((radiance, point), open) in radiance.iter_mut().zip(points).zip(open) {
+            let facing = dot(&point.normal, &point.view).abs();
+            let around = self.around(facing).map(|light| if open { light } else { 0.0 });
+            *radiance = std::array::from_fn(|i| point.base[i] * around[i] + point.emission[i]);
         }
-        for light in &self.lights {
-            let lit = Lit::by(light, surfaces);
-            let hidden = if self.shadows { lit.hidden(tracer, stack) } else { [false; PACKET] };
-            for i in (0..lit.len).filter(|&i| !hidden[i]) {
-                for (channel, irradiance) in radiance[lit.surfaces[i]].iter_mut().zip(lit.irradiance[i]) {
-                    *channel += ALBEDO / PI * irradiance * lit.cosines[i];
+        for (light, dimension) in self.lights.iter().zip(OCCLUSION + 1..) {
+            let lit = Lit::by(light, points, dimension);
+            let hidden =
+                if self.shadows && light.casts_shadows { lit.rays.hidden(scene, stack) } else { [false; PACKET] };
+            for ((&point, amount), _) in
+                lit.rays.points().iter().zip(lit.amounts).zip(hidden).filter(|(_, is_hidden)| !is_hidden)
+            {
+                for (i, channel) in radiance[point].iter_mut().enumerate() {
+                    *channel += points[point].base[i] / PI * light.colour[i] * amount;
                 }
             }
         }
         radiance
     }
+
+    /// What comes from the headlights and from everywhere, to a white surface seen by this cosine.
+    fn around(&self, facing: f64) -> [f64; 3] {
+        let mut sum = match self.ambient {
+            Some(ambient) => ambient,
+            None => [facing * if self.lights.is_empty() { HEADLIGHT } else { FILL }; 3],
+        };
+        for light in self.lights.iter().filter(|light| light.shape == Shape::Headlight) {
+            for (sum, colour) in sum.iter_mut().zip(light.colour) {
+                *sum += facing * colour;
+            }
+        }
+        sum
+    }
+
+    /// Which points the surroundings reach, by one direction each.
+    fn open<T: Traced>(&self, scene: &Visible<T>, points: &[Point], stack: &mut Stack) -> [bool; PACKET] {
+        let mut open = [true; PACKET];
+        let Some(distance) = self.occlusion else { return open };
+        let mut rays = Rays::new();
+        for (i, point) in points.iter().enumerate() {
+            let direction = by_cosine(&point.normal, point.sampler.square(OCCLUSION));
+            // Beneath the triangle that is hit there is matter.
+            open[i] = dot(&direction, &point.ground) > 0.0;
+            if open[i] {
+                rays.push(i, Ray { t_max: distance, ..Ray::new(lifted(point), direction) });
+            }
+        }
+        let hidden = rays.hidden(scene, stack);
+        for (&i, hidden) in rays.points().iter().zip(hidden) {
+            open[i] = !hidden;
+        }
+        open
+    }
 }
 
-/// The surfaces that face a light, and the rays to it.
+/// The points that face a light, and the rays to it.
 struct Lit {
-    len: usize,
-    surfaces: [usize; PACKET],
-    irradiance: [[f64; 3]; PACKET],
-    cosines: [f64; PACKET],
-    rays: [Ray; PACKET],
+    rays: Rays,
+    /// Irradiance of the points relative to the light's colour.
+    amounts: [f64; PACKET],
 }
 
 impl Lit {
-    fn by(light: &Light, surfaces: &[Surface]) -> Self {
-        let mut lit = Self {
-            len: 0,
-            surfaces: [0; PACKET],
-            irradiance: [[0.0; 3]; PACKET],
-            cosines: [0.0; PACKET],
-            rays: [Ray::new([0.0; 3], [0.0; 3]); PACKET],
-        };
-        for (i, surface) in surfaces.iter().enumerate() {
-            let (to_light, t_max, irradiance) = light.at(&surface.position);
-            let cosine = dot(&normalise(&to_light), &surface.normal);
+    fn by(light: &Light, points: &[Point], dimension: u32) -> Self {
+        let mut lit = Self { rays: Rays::new(), amounts: [0.0; PACKET] };
+        for (i, point) in points.iter().enumerate() {
+            let Some(Incoming { to_light, t_max, irradiance }) = light.at(&point.position, &point.sampler, dimension)
+            else {
+                continue;
+            };
+            let cosine = dot(&normalise(&to_light), &point.normal);
             if cosine > 0.0 {
-                lit.surfaces[lit.len] = i;
-                lit.irradiance[lit.len] = irradiance;
-                lit.cosines[lit.len] = cosine;
-                lit.rays[lit.len] = Ray { t_max, ..Ray::new(lifted(surface), to_light) };
-                lit.len += 1;
+                lit.amounts[lit.rays.len] = irradiance * cosine;
+                lit.rays.push(i, Ray { t_max, ..Ray::new(lifted(point), to_light) });
             }
         }
         lit
     }
+}
 
-    /// Those before which something stands.
-    fn hidden(&self, tracer: &Tracer, stack: &mut Stack) -> [bool; PACKET] {
-        let rays = &self.rays[..self.len];
+/// Rays from some of the points.
+struct Rays {
+    len: usize,
+    points: [usize; PACKET],
+    rays: [Ray; PACKET],
+}
+
+impl Rays {
+    fn new() -> Self {
+        Self { len: 0, points: [0; PACKET], rays: [Ray::new([0.0; 3], [0.0; 3]); PACKET] }
+    }
+
+    fn push(&mut self, point: usize, ray: Ray) {
+        self.points[self.len] = point;
+        self.rays[self.len] = ray;
+        self.len += 1;
+    }
+
+    fn points(&self) -> &[usize] {
+        &self.points[..self.len]
+    }
+
+    /// Those in whose way something stands.
+    fn hidden<T: Traced>(&self, scene: &Visible<T>, stack: &mut Stack) -> [bool; PACKET] {
         let mut hidden = [false; PACKET];
-        tracer.occluded(rays, Way::suited(tracer.tree, rays), stack, &mut hidden[..self.len]);
+        scene.occluded(&self.rays[..self.len], stack, &mut hidden[..self.len]);
         hidden
     }
 }
 
-impl Light {
-    /// The way to the light, where on it the light is, and its irradiance on a surface that faces it.
-    fn at(&self, position: &Vector) -> (Vector, f64, [f64; 3]) {
-        match self {
-            Self::Sun { direction, irradiance } => (direction.map(|x| -x), f64::INFINITY, *irradiance),
-            Self::Point { position: light, power } => {
-                let to_light = subtract(light, position);
-                let area = 4.0 * PI * dot(&to_light, &to_light);
-                (to_light, 1.0, power.map(|power| power / area))
-            }
-        }
-    }
-}
-
 /// The position, moved to the viewer's side by twice what it can lie behind its triangle.
-fn lifted(surface: &Surface) -> Vector {
-    add_scaled(&surface.position, 2.0 * surface.error, &surface.normal)
+fn lifted(point: &Point) -> Vector {
+    add_scaled(&point.position, 2.0 * point.error, &point.ground)
 }

@@ -2,16 +2,16 @@
 
 use rayon::prelude::*;
 
-use super::camera::sample_offset;
 use super::passes::TilePasses;
-use super::shade::{Lighting, Surface};
-use super::{Camera, Passes, Wanted};
-use crate::build::Precision;
+use super::sampling::{Sampler, sample_offset};
+use super::shade::Lighting;
+use super::surface::Found;
+use super::visible::Visible;
+use super::{Appearance, Camera, Passes, Seen, Traced, Wanted};
 use crate::control::{Cancelled, Control};
-use crate::geometry::{Corners, Ray, Triangles, Vector, add_scaled, dot, normal, subtract};
+use crate::geometry::Ray;
 use crate::simd::FloatEnvironment;
-use crate::traverse::{Counts, Hit, PACKET, Stack, Tracer, Way};
-use crate::tree::Tree;
+use crate::traverse::{Counts, PACKET, Stack};
 
 /// Side of a tile in pixels: some milliseconds of work a sample.
 const TILE: u32 = 32;
@@ -42,14 +42,16 @@ pub struct RenderOptions {
     pub seed: u64,
     /// What shines.
     pub lighting: Lighting,
+    /// Red, green, blue and alpha where nothing is hit, the colours multiplied by alpha.
+    pub background: [f64; 4],
     /// What it shows.
     pub wanted: Wanted,
 }
 
-/// Trace one picture.
-pub fn render(
-    tree: &Tree,
-    triangles: &Triangles,
+/// Trace one picture. `appearance` was checked.
+pub fn render<T: Traced>(
+    traced: &T,
+    appearance: &Appearance,
     camera: &Camera,
     options: &RenderOptions,
     control: &Control,
@@ -61,6 +63,7 @@ pub fn render(
         .collect();
     control.start(corners.len());
     let tiles = passes.tiles(TILE as usize);
+    let scene = Visible::new(traced, appearance);
     corners.into_par_iter().zip(tiles).try_for_each_init(Stack::default, |stack, ((x, y), pixels)| {
         let _standard = FloatEnvironment::standard();
         control.advance(1)?;
@@ -70,21 +73,21 @@ pub fn render(
             width: TILE.min(whole.width - x),
             height: TILE.min(whole.height - y),
         };
-        TileRender { tracer: Tracer::new(tree, triangles), camera, options, tile, control }.trace(pixels, stack)
+        TileRender { scene: &scene, camera, options, tile, control }.trace(pixels, stack)
     })?;
     Ok(passes)
 }
 
 /// One tile.
-struct TileRender<'a> {
-    tracer: Tracer<'a>,
+struct TileRender<'a, T> {
+    scene: &'a Visible<'a, T>,
     camera: &'a Camera,
     options: &'a RenderOptions,
     tile: Tile,
     control: &'a Control,
 }
 
-impl TileRender<'_> {
+impl<T: Traced> TileRender<'_, T> {
     fn trace(&self, mut pixels: TilePasses, stack: &mut Stack) -> Result<(), Cancelled> {
         let (width, height) = (self.tile.width as usize, self.tile.height as usize);
         for y in (0..height).step_by(BLOCK) {
@@ -124,37 +127,43 @@ impl Block {
     }
 }
 
-impl TileRender<'_> {
+impl<T: Traced> TileRender<'_, T> {
     fn trace_block(&self, block: &Block, pixels: &mut TilePasses, stack: &mut Stack) {
-        let Self { tracer, camera, options, tile, .. } = self;
+        let Self { scene, camera, options, tile, .. } = self;
         let mut sums = [[0.0; 4]; PACKET];
         let mut rays = [Ray::new([0.0; 3], [0.0; 3]); PACKET];
-        let mut hits = [None; PACKET];
+        let mut seen = [None; PACKET];
         let mut found = Found::new();
         let samples = if options.wanted.combined { options.samples } else { 1 };
+        let has_normals = options.wanted.combined || options.wanted.normal;
         let len = block.len;
         for sample in 0..samples {
             let offset = sample_offset(sample, options.seed);
-            for (ray, &[x, y]) in rays.iter_mut().zip(block.places()) {
-                *ray = camera.ray(tile.x + x as u32, tile.y + y as u32, offset);
+            let pixel = |[x, y]: [usize; 2]| [tile.x + x as u32, tile.y + y as u32];
+            for (ray, &place) in rays.iter_mut().zip(block.places()) {
+                let [x, y] = pixel(place);
+                *ray = camera.ray(x, y, offset);
             }
-            tracer.closest(&rays[..len], Way::Packets, stack, &mut hits[..len]);
-            found.len = 0;
-            let has_normals = options.wanted.combined || options.wanted.normal;
-            for (i, (ray, hit)) in rays.iter().zip(&hits).enumerate().take(len) {
-                if let Some(hit) = hit {
-                    found.push(i, &surface(tracer, ray, hit, has_normals), &ray.direction);
+            scene.closest(&rays[..len], stack, &mut seen[..len]);
+            found.clear();
+            for (i, (ray, seen)) in rays.iter().zip(&seen).enumerate().take(len) {
+                match seen {
+                    Some(seen) => {
+                        let sampler = Sampler::new(options.seed, pixel(block.places[i]), sample);
+                        found.push(i, scene, ray, seen, has_normals, sampler);
+                    }
+                    None => add(&mut sums[i], &options.background),
                 }
             }
             if sample == 0 {
-                self.show_centres(block, &rays, &hits, &found, pixels, stack);
+                self.show_centres(block, &rays, &seen, &found, pixels, stack);
             }
             if options.wanted.combined {
-                let lighting = &options.lighting;
-                let radiance = lighting.shade(tracer, found.surfaces(), found.views(), stack);
-                for (&i, [red, green, blue]) in found.pixels().iter().zip(radiance) {
-                    for (sum, value) in sums[i].iter_mut().zip([red, green, blue, 1.0]) {
-                        *sum += value;
+                let radiance = options.lighting.shade(scene, found.points(), stack);
+                for ((&i, is_holdout), [red, green, blue]) in found.pixels().iter().zip(found.holdouts()).zip(radiance)
+                {
+                    if !is_holdout {
+                        add(&mut sums[i], &[red, green, blue, 1.0]);
                     }
                 }
             }
@@ -169,7 +178,7 @@ impl TileRender<'_> {
         &self,
         block: &Block,
         rays: &[Ray; PACKET],
-        hits: &[Option<Hit>; PACKET],
+        seen: &[Option<Seen>; PACKET],
         found: &Found,
         pixels: &mut TilePasses,
         stack: &mut Stack,
@@ -179,20 +188,32 @@ impl TileRender<'_> {
             for &place in places {
                 pixels.depth.set(place, f32::INFINITY);
             }
-            for (&i, surface) in found.pixels().iter().zip(found.surfaces()) {
-                pixels.depth.set(places[i], self.camera.depth(&surface.position) as f32);
-                pixels.normal.set(places[i], surface.normal.map(|x| x as f32));
-                pixels.position.set(places[i], surface.position.map(|x| x as f32));
+            for (&i, point) in found.pixels().iter().zip(found.points()) {
+                pixels.depth.set(places[i], self.camera.depth(&point.position) as f32);
+                pixels.normal.set(places[i], point.normal.map(|x| x as f32));
+                pixels.position.set(places[i], point.position.map(|x| x as f32));
             }
         }
-        if pixels.triangle.are_wanted() {
-            for (&place, hit) in places.iter().zip(hits) {
-                pixels.triangle.set(place, hit.map_or(-1, |hit| hit.triangle as i32));
+        if pixels.triangle.are_wanted() || pixels.instance.are_wanted() {
+            let appearance = self.scene.appearance;
+            for (&place, seen) in places.iter().zip(seen) {
+                pixels.triangle.set(place, seen.map_or(-1, |seen| seen.hit.triangle as i32));
+                pixels.instance.set(place, seen.map_or(-1, |seen| appearance.object_of(&seen) as i32));
+            }
+        }
+        if pixels.object_index.are_wanted() || pixels.material_index.are_wanted() {
+            for (&place, seen) in places.iter().zip(seen) {
+                if let Some(seen) = seen {
+                    let object = self.scene.appearance.object(seen);
+                    let surface = self.scene.appearance.surface(self.scene.traced, seen, &object);
+                    pixels.object_index.set(place, object.index);
+                    pixels.material_index.set(place, surface.index);
+                }
             }
         }
         if pixels.cost.are_wanted() {
             let mut counts = [Counts::default(); PACKET];
-            self.tracer.cost(&rays[..block.len], stack, &mut counts[..block.len]);
+            self.scene.traced.cost(&rays[..block.len], stack, &mut counts[..block.len]);
             for (&place, counts) in places.iter().zip(&counts) {
                 pixels.cost.set(place, [counts.nodes as f32, counts.triangles as f32]);
             }
@@ -200,71 +221,8 @@ impl TileRender<'_> {
     }
 }
 
-/// What is hit in a block, and through which of its pixels.
-struct Found {
-    len: usize,
-    pixels: [usize; PACKET],
-    surfaces: [Surface; PACKET],
-    views: [Vector; PACKET],
-}
-
-impl Found {
-    fn new() -> Self {
-        let surface = Surface { position: [0.0; 3], normal: [0.0; 3], error: 0.0 };
-        Self { len: 0, pixels: [0; PACKET], surfaces: [surface; PACKET], views: [[0.0; 3]; PACKET] }
+fn add(sum: &mut [f64; 4], colour: &[f64; 4]) {
+    for (sum, value) in sum.iter_mut().zip(colour) {
+        *sum += value;
     }
-
-    fn push(&mut self, pixel: usize, surface: &Surface, view: &Vector) {
-        self.pixels[self.len] = pixel;
-        self.surfaces[self.len] = *surface;
-        self.views[self.len] = *view;
-        self.len += 1;
-    }
-
-    fn pixels(&self) -> &[usize] {
-        &self.pixels[..self.len]
-    }
-
-    fn surfaces(&self) -> &[Surface] {
-        &self.surfaces[..self.len]
-    }
-
-    fn views(&self) -> &[Vector] {
-        &self.views[..self.len]
-    }
-}
-
-/// What a ray hits; without the normal where nothing needs it.
-fn surface(tracer: &Tracer, ray: &Ray, hit: &Hit, has_normal: bool) -> Surface {
-    let corners = tracer.triangles.corners(hit.triangle);
-    let normal = if has_normal { facing(&corners, ray) } else { [0.0; 3] };
-    let (position, error) = match tracer.tree.precision() {
-        Precision::Watertight | Precision::Exact => along(ray, hit),
-        Precision::Fast => within(&corners, hit),
-    };
-    Surface { error, position, normal }
-}
-
-/// The unit normal of a triangle on the side that a ray comes from.
-fn facing([a, b, c]: &Corners, ray: &Ray) -> Vector {
-    let normal = normal(&subtract(b, a), &subtract(c, a));
-    let away = dot(&normal, &ray.direction) > 0.0;
-    if away { normal.map(|x| -x) } else { normal }
-}
-
-/// Where a ray is at a hit, and how far that can be from the triangle.
-fn along(ray: &Ray, hit: &Hit) -> (Vector, f64) {
-    // The hit is right to 2^-40 of t, the roundings of origin + t · direction are far below that of the larger of both.
-    let largest = ray.origin.iter().fold(hit.t, |largest, x| largest.max(x.abs()));
-    (add_scaled(&ray.origin, hit.t, &ray.direction), 2.0 * largest / (1u64 << 40) as f64)
-}
-
-/// The point of a triangle that the weights of a hit name, and how far rays of single precision may see it elsewhere.
-fn within(corners: &Corners, hit: &Hit) -> (Vector, f64) {
-    let [a, b, c] = corners;
-    let position = add_scaled(&add_scaled(a, hit.u, &subtract(b, a)), hit.v, &subtract(c, a));
-    // The weights, however wrong, leave the point in the triangle's plane; a ray that starts there is rounded by half a
-    // unit in the last place of a coordinate, and finds the plane with a few such errors.
-    let largest = corners.as_flattened().iter().fold(0.0f64, |largest, x| largest.max(x.abs()));
-    (position, 8.0 * f64::from(f32::EPSILON) * largest)
 }

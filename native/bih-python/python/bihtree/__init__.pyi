@@ -13,7 +13,7 @@ The same bits come out for any number of threads. Queries release the interprete
 threads at once; Ctrl-C ends long ones.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from os import PathLike
 from typing import Any, Literal, Self, final
 
@@ -26,6 +26,8 @@ from .errors import FileFormatError as FileFormatError
 from .errors import GeometryError as GeometryError
 from .hits import HitLists as HitLists
 from .hits import Hits as Hits
+from .picture import Camera as Camera
+from .picture import render as render
 from .scene import Scene as Scene
 
 __all__ = [
@@ -280,49 +282,3 @@ class Tree:
         All of the file is checked first, by checksums and by the rules of `validate`: raises FileFormatError naming
         what is wrong with one that is damaged, made up, of another version or no saved tree, and OSError where it
         cannot be read."""
-
-@final
-class Camera:
-    """A camera and the size of its picture in pixels."""
-
-    def __new__(cls, clip_to_world: ArrayLike, width: int, height: int) -> Camera:
-        """clip_to_world (4, 4): the inverse of projection times view, as OpenGL and Blender have it. Raises
-        GeometryError for a singular matrix and for a size below 1 or above 65536."""
-
-    def rays(self, *, sample: int = 0) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Origins on the near plane and directions of unit length, both (height * width, 3), row by row from the lower
-        left; sample 0 goes through the centres of the pixels."""
-
-    @property
-    def width(self) -> int: ...
-    @property
-    def height(self) -> int: ...
-
-def render(
-    scene: Tree,
-    camera: Camera,
-    *,
-    passes: Sequence[str] = ...,
-    samples: int = 1,
-    seed: int = 0,
-    shadows: bool = True,
-    lights: ArrayLike | None = None,
-    tile: tuple[int, int, int, int] | None = None,
-    progress: Callable[[float], bool | None] | None = None,
-) -> dict[str, NDArray[Any]]:
-    """Trace one picture in one call, between the camera's clip planes.
-
-    passes, each (height, width, channels), first row at the bottom. float32: combined (4, scene-linear, multiplied by
-    alpha; a miss is 0), depth (1, along the viewing axis: from a perspective camera, from an orthographic one's near
-    plane; inf for a miss), normal (3, unit, world, facing the ray; 0 for a miss), position (3; 0 for a miss), cost (2:
-    nodes visited, triangles tested). int32: triangle (1; -1 for a miss). By default combined alone.
-    samples: rays a pixel for combined; the other passes show the first, through the pixel's centre.
-    seed: shifts the places of all samples but the first.
-    lights: a structured array with the fields kind (0 a sun, 1 a point), position (3), direction (3), colour (3): a
-        sun's irradiance in W/m² along direction, a point's power in W; None or empty: a headlight. Surfaces are grey.
-    shadows: whether lights are hidden by what stands before them.
-    tile: (x, y, width, height) in pixels from the lower left: only that part, in its own size.
-    progress: called on this thread with the share done, from 0 to 1; returning False cancels.
-
-    Raises ValueError (an unknown pass, samples below 1), GeometryError (tile, lights), Cancelled.
-    """

@@ -1,0 +1,5 @@
+"""Pictures in one call."""
+
+from ._bihtree import Camera, render
+
+__all__ = ["Camera", "render"]
