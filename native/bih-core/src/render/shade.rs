@@ -7,7 +7,7 @@ use super::sampling::{Sampler, by_cosine};
 use super::traced::Traced;
 use super::visible::Visible;
 use crate::geometry::{Ray, Vector, add_scaled, dot, normalise};
-use crate::traverse::{PACKET, Stack};
+use crate::traverse::PACKET;
 
 /// Radiance of a white surface that faces the headlight, where there is no other light, and beside others.
 const HEADLIGHT: f64 = 1.0;
@@ -51,7 +51,7 @@ impl Lighting {
         &self,
         scene: &Visible<T>,
         points: &[Point],
-        stack: &mut Stack,
+        stack: &mut T::Stack,
     ) -> [[f64; 3]; PACKET] {
         let mut radiance = [[0.0; 3]; PACKET];
         let open = self.open(scene, points, stack);
@@ -90,7 +90,7 @@ impl Lighting {
     }
 
     /// Which points the surroundings reach, by one direction each.
-    fn open<T: Traced>(&self, scene: &Visible<T>, points: &[Point], stack: &mut Stack) -> [bool; PACKET] {
+    fn open<T: Traced>(&self, scene: &Visible<T>, points: &[Point], stack: &mut T::Stack) -> [bool; PACKET] {
         let mut open = [true; PACKET];
         let Some(distance) = self.occlusion else { return open };
         let mut rays = Rays::new();
@@ -158,7 +158,7 @@ impl Rays {
     }
 
     /// Those in whose way something stands.
-    fn hidden<T: Traced>(&self, scene: &Visible<T>, stack: &mut Stack) -> [bool; PACKET] {
+    fn hidden<T: Traced>(&self, scene: &Visible<T>, stack: &mut T::Stack) -> [bool; PACKET] {
         let mut hidden = [false; PACKET];
         scene.occluded(&self.rays[..self.len], stack, &mut hidden[..self.len]);
         hidden

@@ -11,7 +11,7 @@ use super::{Appearance, Camera, Passes, Seen, Traced, Wanted};
 use crate::control::{Cancelled, Control};
 use crate::geometry::Ray;
 use crate::simd::FloatEnvironment;
-use crate::traverse::{Counts, PACKET, Stack};
+use crate::traverse::{Counts, PACKET};
 
 /// Side of a tile in pixels: some milliseconds of work a sample.
 const TILE: u32 = 32;
@@ -64,7 +64,7 @@ pub fn render<T: Traced>(
     control.start(corners.len());
     let tiles = passes.tiles(TILE as usize);
     let scene = Visible::new(traced, appearance);
-    corners.into_par_iter().zip(tiles).try_for_each_init(Stack::default, |stack, ((x, y), pixels)| {
+    corners.into_par_iter().zip(tiles).try_for_each_init(T::Stack::default, |stack, ((x, y), pixels)| {
         let _standard = FloatEnvironment::standard();
         control.advance(1)?;
         let tile = Tile {
@@ -88,7 +88,7 @@ struct TileRender<'a, T> {
 }
 
 impl<T: Traced> TileRender<'_, T> {
-    fn trace(&self, mut pixels: TilePasses, stack: &mut Stack) -> Result<(), Cancelled> {
+    fn trace(&self, mut pixels: TilePasses, stack: &mut T::Stack) -> Result<(), Cancelled> {
         let (width, height) = (self.tile.width as usize, self.tile.height as usize);
         for y in (0..height).step_by(BLOCK) {
             for x in (0..width).step_by(BLOCK) {
@@ -128,7 +128,7 @@ impl Block {
 }
 
 impl<T: Traced> TileRender<'_, T> {
-    fn trace_block(&self, block: &Block, pixels: &mut TilePasses, stack: &mut Stack) {
+    fn trace_block(&self, block: &Block, pixels: &mut TilePasses, stack: &mut T::Stack) {
         let Self { scene, camera, options, tile, .. } = self;
         let mut sums = [[0.0; 4]; PACKET];
         let mut rays = [Ray::new([0.0; 3], [0.0; 3]); PACKET];
@@ -181,7 +181,7 @@ impl<T: Traced> TileRender<'_, T> {
         seen: &[Option<Seen>; PACKET],
         found: &Found,
         pixels: &mut TilePasses,
-        stack: &mut Stack,
+        stack: &mut T::Stack,
     ) {
         let places = block.places();
         if pixels.depth.are_wanted() || pixels.normal.are_wanted() || pixels.position.are_wanted() {

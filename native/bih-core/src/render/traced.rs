@@ -15,20 +15,23 @@ pub struct Seen {
 
 /// Answers the rays of a picture, at most a packet of neighbours at once.
 pub trait Traced: Sync {
+    /// What a thread needs for its rays.
+    type Stack: Default + Send;
+
     /// How its hits are decided.
     fn precision(&self) -> Precision;
 
     /// The nearest hit of each ray.
-    fn closest(&self, rays: &[Ray], stack: &mut Stack, seen: &mut [Option<Seen>]);
+    fn closest(&self, rays: &[Ray], stack: &mut Self::Stack, seen: &mut [Option<Seen>]);
 
     /// Whether each ray hits anything.
-    fn occluded(&self, rays: &[Ray], stack: &mut Stack, hidden: &mut [bool]);
+    fn occluded(&self, rays: &[Ray], stack: &mut Self::Stack, hidden: &mut [bool]);
 
     /// All hits of one ray, nearest first, appended.
-    fn all(&self, ray: &Ray, stack: &mut Stack, seen: &mut Vec<Seen>);
+    fn all(&self, ray: &Ray, stack: &mut Self::Stack, seen: &mut Vec<Seen>);
 
     /// What the nearest hit of each ray costs alone.
-    fn cost(&self, rays: &[Ray], stack: &mut Stack, counts: &mut [Counts]);
+    fn cost(&self, rays: &[Ray], stack: &mut Self::Stack, counts: &mut [Counts]);
 
     /// The corners of what is hit, in the world.
     fn corners(&self, seen: &Seen) -> Corners;
@@ -41,6 +44,8 @@ pub trait Traced: Sync {
 }
 
 impl Traced for Tracer<'_> {
+    type Stack = Stack;
+
     fn precision(&self) -> Precision {
         self.tree.precision()
     }

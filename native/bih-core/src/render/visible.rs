@@ -3,7 +3,6 @@
 use super::appearance::{Appearance, Object};
 use super::traced::{Seen, Traced};
 use crate::geometry::Ray;
-use crate::traverse::Stack;
 
 /// What is traced, and whom it shows what.
 #[derive(Debug)]
@@ -22,7 +21,7 @@ impl<'a, T: Traced> Visible<'a, T> {
     }
 
     /// The nearest hit of each camera ray.
-    pub fn closest(&self, rays: &[Ray], stack: &mut Stack, seen: &mut [Option<Seen>]) {
+    pub fn closest(&self, rays: &[Ray], stack: &mut T::Stack, seen: &mut [Option<Seen>]) {
         self.traced.closest(rays, stack, seen);
         if self.hides_some {
             for (ray, seen) in rays.iter().zip(seen) {
@@ -34,7 +33,7 @@ impl<'a, T: Traced> Visible<'a, T> {
     }
 
     /// Whether something that casts shadows stands in the way of each ray.
-    pub fn occluded(&self, rays: &[Ray], stack: &mut Stack, hidden: &mut [bool]) {
+    pub fn occluded(&self, rays: &[Ray], stack: &mut T::Stack, hidden: &mut [bool]) {
         self.traced.occluded(rays, stack, hidden);
         if self.lets_light_through {
             for (ray, is_hidden) in rays.iter().zip(hidden) {
@@ -44,7 +43,7 @@ impl<'a, T: Traced> Visible<'a, T> {
     }
 
     /// The nearest hit of an object that is `wanted`; another one may be just as near, so all are looked at.
-    fn first(&self, ray: &Ray, stack: &mut Stack, wanted: impl Fn(&Object) -> bool) -> Option<Seen> {
+    fn first(&self, ray: &Ray, stack: &mut T::Stack, wanted: impl Fn(&Object) -> bool) -> Option<Seen> {
         let mut all = Vec::new();
         self.traced.all(ray, stack, &mut all);
         all.into_iter().find(|seen| wanted(&self.appearance.object(seen)))
