@@ -8,17 +8,18 @@ from __future__ import annotations
 
 import signal
 import sys
-from argparse import ArgumentParser, ArgumentTypeError, Namespace
+from argparse import ArgumentParser, ArgumentTypeError, BooleanOptionalAction, Namespace
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NoReturn
 
 from ..pipeline.errors import UserError
-from ..pipeline.settings import LARGEST_SIDE, PARTS, PASSES, Settings
+from ..pipeline.settings import LARGEST_SIDE, PARTS, PASSES, SHADINGS, Settings
 from ..report import error_arguments, table_arguments
 from . import modules
 
 LAST_FRAME = 1048574  # Blender's own limit
+SHADING_OPTIONS = ("shading", "shadows", "soft_shadows", "ambient_occlusion", "ambient_occlusion_distance", "smooth")
 
 
 def execute(argv: Sequence[str]) -> int:
@@ -47,9 +48,11 @@ def execute(argv: Sequence[str]) -> int:
 def _render(arguments: Namespace) -> int:
     chosen = {
         name: value
-        for name in ("passes", "samples", "threads", "overlay_depth")
+        for name in ("passes", "samples", "threads", "overlay_depth", *SHADING_OPTIONS)
         if (value := getattr(arguments, name)) is not None
     }
+    if chosen.get("ambient_occlusion_distance") is not None:
+        chosen.setdefault("ambient_occlusion", True)
     chosen["parts"] = {**dict.fromkeys(arguments.leave_out, False), **dict.fromkeys(arguments.keep, True)}
     Settings(**chosen)  # a wrong value is found before any file is opened
     modules.require("numpy", "bihtree")
@@ -58,7 +61,7 @@ def _render(arguments: Namespace) -> int:
 
     size = tuple(arguments.size) if arguments.size else None
     source = job.Source(arguments.scene, arguments.mesh, arguments.frame, size)
-    outputs = Outputs(tuple(arguments.output), arguments.overlay, arguments.stats)
+    outputs = Outputs(tuple(arguments.output), arguments.overlay, arguments.stats, arguments.heat_map)
     for line in job.run(source, chosen, outputs):
         print(line)
     return 0
@@ -120,6 +123,9 @@ def _parser() -> ArgumentParser:
         help="the picture; .exr holds every pass. May be given more than once",
     )
     render.add_argument("--overlay", type=Path, metavar="IMAGE", help="the tree's boxes and planes over the picture")
+    render.add_argument(
+        "--heat-map", type=Path, metavar="IMAGE", help="nodes and triangles each pixel took, as colours"
+    )
     render.add_argument("--stats", type=Path, metavar="FILE.json", help="counts, times and sizes")
     render.add_argument("--frame", type=_frame, metavar="N", help="frame to render (the scene's current one)")
     render.add_argument(
@@ -132,12 +138,28 @@ def _parser() -> ArgumentParser:
     render.add_argument("--passes", type=_names, metavar="A,B,…", help=f"of {', '.join(PASSES)} (the scene's choice)")
     render.add_argument("--overlay-depth", type=int, metavar="N", help="deepest level that the overlay shows")
     render.add_argument("--samples", type=int, metavar="N", help="rays a pixel")
+    _add_shading(render)
     render.add_argument("--threads", type=int, metavar="N", help="threads to use (0, all)")
     for option, what in (("--keep", "keep"), ("--leave-out", "leave out wherever the picture stays the same")):
         render.add_argument(
             option, type=_parts, default=(), metavar="PART,…", help=f"{what} these parts of the work, or all (by need)"
         )
     return parser
+
+
+def _add_shading(render: ArgumentParser) -> None:
+    """What is not given stays as the scene has it."""
+    render.add_argument("--shading", choices=SHADINGS, help="the scene's own lights, or a headlight")
+    for name, what in (
+        ("shadows", "whether lights cast shadows"),
+        ("soft-shadows", "whether lights have a size: 16 samples and more"),
+        ("ambient-occlusion", "whether surfaces hide the surroundings from each other"),
+        ("smooth", "whether smooth faces are shaded as smooth"),
+    ):
+        render.add_argument(f"--{name}", action=BooleanOptionalAction, help=what)
+    render.add_argument(
+        "--ambient-occlusion-distance", type=float, metavar="D", help="how far, in units of the scene (without end)"
+    )
 
 
 def _names(text: str) -> tuple[str, ...]:

@@ -4,9 +4,19 @@ Blender reads the annotations as values, so they are not postponed here.
 """
 
 import bpy
-from bpy.props import BoolProperty, EnumProperty, IntProperty
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty
 
-from ..pipeline.settings import GOES_WITH, HEURISTICS, LAYOUTS, PASSES, PRECISIONS, STRUCTURES, Settings
+from ..pipeline.settings import (
+    DEFAULT_PASSES,
+    GOES_WITH,
+    HEURISTICS,
+    LAYOUTS,
+    PASSES,
+    PRECISIONS,
+    SHADINGS,
+    STRUCTURES,
+    Settings,
+)
 
 STRUCTURE_TEXT = {
     "bih": ("BIH", "Bounding Interval Hierarchy: two clip planes a node. Quick to build and small"),
@@ -41,12 +51,19 @@ PRECISION_TEXT = {
     "exact": ("Exact", "The same hits, with distances and weights right to the last digit of double precision"),
     "fast": ("Fast", "Single precision: quicker to trace; now and then a ray slips through an edge"),
 }
+SHADING_TEXT = {
+    "lights": ("Scene Lights", "Suns, points, spots and areas of the scene, and its world; a headlight if it has none"),
+    "headlight": ("Headlight", "One light at the camera, without shadows: no ray but the camera's, the least time"),
+}
 PASS_TEXT = {
     "combined": "Shaded picture",
     "depth": "Distance from the camera along the viewing axis; infinite where nothing is hit",
     "normal": "Unit normal in world space, facing the camera",
     "position": "Hit point in world space",
     "triangle": "Row of the triangle that is hit, -1 for none",
+    "instance": "Row of the instance that is hit, -1 for none",
+    "object_index": "The object's Pass Index, 0 for none",
+    "material_index": "The material's Pass Index, 0 for none",
     "cost": "Nodes visited and triangles tested for the pixel: where the tree is slow",
 }
 
@@ -114,12 +131,42 @@ class BihSettings(bpy.types.PropertyGroup):
         "sample of time, no memory",
         default=True,
     )
+    shading: EnumProperty(
+        name="Shading",
+        description="What the scene is lit by. Each light with shadows takes one more ray a sample of time, no memory",
+        items=[(name, *SHADING_TEXT[name]) for name in SHADINGS],
+    )
+    soft_shadows: BoolProperty(
+        name="Soft Shadows",
+        description="Give lights their size. Shadows get the soft edges they have, with noise that fades as the samples "
+        "grow: with four times as many, by half or more. The same rays, a little more time for each, no memory",
+        default=Settings.soft_shadows,
+    )
+    ambient_occlusion: BoolProperty(
+        name="Ambient Occlusion",
+        description="Darken what the world's light or the headlight reaches only in part. One more ray a sample of time, "
+        "no memory; noise that fades as the samples grow",
+        default=Settings.ambient_occlusion,
+    )
+    ambient_occlusion_distance: FloatProperty(
+        name="Distance",
+        description="How far away a surface may darken another; 0 is without end. A shorter one takes less time and "
+        "leaves out what is further away",
+        min=0.0,
+        subtype="DISTANCE",
+    )
+    smooth: BoolProperty(
+        name="Smooth Normals",
+        description="Shade smooth faces as smooth. It takes 36 bytes of memory a triangle where a mesh has such faces, "
+        "and little time; outlines and shadows stay those of the triangles",
+        default=Settings.smooth,
+    )
     passes: EnumProperty(
         name="Passes",
         description="Pictures to keep beside Combined. Each takes 4 to 16 bytes of memory a pixel and hardly any time",
-        items=[(name, name.capitalize(), PASS_TEXT[name], 1 << bit) for bit, name in enumerate(PASSES)],
+        items=[(name, name.replace("_", " ").title(), PASS_TEXT[name], 1 << bit) for bit, name in enumerate(PASSES)],
         options={"ENUM_FLAG"},
-        default=set(PASSES),
+        default=set(DEFAULT_PASSES),
     )
     overlay_depth: IntProperty(
         name="Overlay Depth",
@@ -152,7 +199,12 @@ def settings_of(scene: bpy.types.Scene) -> Settings:
         leaf_size=None if why_not(chosen, "leaf size") else chosen.leaf_size or None,
         threads=scene.render.threads if scene.render.threads_mode == "FIXED" else 0,
         samples=chosen.samples,
+        shading=chosen.shading,
         shadows=chosen.shadows,
+        soft_shadows=chosen.soft_shadows,
+        ambient_occlusion=chosen.ambient_occlusion,
+        ambient_occlusion_distance=chosen.ambient_occlusion_distance or None,
+        smooth=chosen.smooth,
         passes=tuple(name for name in PASSES if name in chosen.passes) or ("combined",),
         overlay_depth=chosen.overlay_depth,
         parts={part: is_kept for part, is_kept in forced.items() if is_kept is not None},

@@ -31,6 +31,9 @@ CHANNELS = {
     "normal": ("Normal.X", "Normal.Y", "Normal.Z"),
     "position": ("Position.X", "Position.Y", "Position.Z"),
     "triangle": ("Triangle.X",),
+    "instance": ("Instance.X",),
+    "object_index": ("Object Index.X",),
+    "material_index": ("Material Index.X",),
     # Two passes, because Blender 4.2 reads one of two channels as garbage.
     "cost": ("CostNodes.X", "CostTests.X"),
 }

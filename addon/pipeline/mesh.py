@@ -16,11 +16,14 @@ from .errors import UserError
 
 @dataclass(frozen=True)
 class Mesh:
-    """Vertices (V, 3) float32 or float64 in object space; triangles (T, 3) int32 rows of them."""
+    """Vertices (V, 3) float32 or float64 in object space; triangles (T, 3) int32 rows of them. `materials` (T,) are the
+    triangles' material slots, None: all the first; `corner_normals` (T, 3, 3) those to shade by, None: their own."""
 
     name: str
     vertices: NDArray[np.floating[Any]]
     triangles: NDArray[np.int32]
+    materials: NDArray[np.int32] | None = None
+    corner_normals: NDArray[np.float32] | None = None
 
     def check_finite(self) -> None:
         """Raise UserError naming the first vertex that is NaN or infinite."""

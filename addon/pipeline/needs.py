@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from . import looks
 from .image import CHANNELS
 from .reach import share_in_view, unreached
 from .scene import SceneData
@@ -59,6 +60,10 @@ class Plan:
         moved = rows + left_out[np.minimum(np.searchsorted(ends, rows, side="right"), len(ends) - 1)]
         return np.where(rows < 0, rows, moved).astype(np.int32)
 
+    def instances_of_all(self, rows: NDArray[np.int32]) -> NDArray[np.int32]:
+        """Instance rows of the traced scene as rows of the whole one; -1 stays."""
+        return np.where(rows < 0, rows, np.flatnonzero(self.reached)[np.maximum(rows, 0)]).astype(np.int32)
+
 
 @dataclass(frozen=True)
 class _Case:
@@ -79,19 +84,25 @@ def plan(scene: SceneData, settings: Settings, wanted: Collection[str], *, tree_
     parts: list[Part] = []
 
     def is_kept(name: str, case: _Case) -> bool:
-        is_off = name == "shadow rays" and not settings.shadows
+        is_off = {"shadow rays": not settings.shadows, "ambient occlusion": not settings.ambient_occlusion}.get(name)
         parts.append(_decided(name, case, None if is_off else settings.parts.get(name)))
         return parts[-1].kept
 
     passes = tuple(name for name in PASSES if is_kept(f"{name} pass", _pass(scene, name, wanted)))
     is_kept("normals", _normals(scene, passes, settings.samples))
+    is_smooth = is_kept("smooth normals", _smooth(scene, settings, passes))
+    has_surfaces = is_kept("materials", _materials(scene, passes))
+    around = looks.surroundings(scene, settings)
+    scene, whole = replace(scene, lights=looks.lights(scene, settings)), scene
     lights = scene.lights
+    occlusion = is_kept("ambient occlusion", _occlusion(scene, settings, passes, around))
     shadows = is_kept("shadow rays", _shadows(scene, settings, "combined" in passes))
     if not is_kept("lights without power", _dark(scene, settings, shadows)):
         lights = lights[_powers(lights)]
     reached = np.ones(len(scene.instance_mesh), bool)
     why_whole = _why_whole(scene, settings, passes, tree_shown)
-    apart = np.zeros(len(reached), bool) if why_whole else _apart(replace(scene, lights=lights), shadows)
+    distance = (settings.ambient_occlusion_distance or np.inf) if occlusion else 0.0
+    apart = np.zeros(len(reached), bool) if why_whole else _apart(replace(scene, lights=lights), shadows, distance)
     if not is_kept("objects out of reach", _objects(scene, apart, why_whole)):
         reached = ~apart
     shown = scene if reached.all() else scene.only(reached)
@@ -116,9 +127,15 @@ def plan(scene: SceneData, settings: Settings, wanted: Collection[str], *, tree_
         tree["leaf_size"] = leaf
     rays = scene.camera.width * scene.camera.height * settings.samples
     tree["threads"] = settings.threads if is_kept("threads", _threads(rays, settings)) else 1
-    render = {"passes": passes, "lights": lights, "shadows": shadows}
+    render = {"passes": passes, "lights": lights, "shadows": shadows, **around}
+    if occlusion:
+        render |= {"ambient_occlusion": True, "ambient_occlusion_distance": distance}
+    render["corner_normals"] = looks.corner_normals(shown) if is_smooth else None
+    render["objects"] = looks.objects(shown, passes, has_surfaces=has_surfaces)
+    if has_surfaces and len(scene.surfaces):
+        render |= {"surfaces": scene.surfaces, "materials": looks.materials(shown)}
     parts.sort(key=lambda part: PARTS.index(part.name))
-    return Plan(tuple(parts), shown, scene, reached, tree, render, flatten)
+    return Plan(tuple(parts), shown, whole, reached, tree, render, flatten)
 
 
 def report(parts: Iterable[Part], native: Mapping[str, str]) -> list[dict[str, object]]:
@@ -161,10 +178,44 @@ def _pass(scene: SceneData, name: str, wanted: Collection[str]) -> _Case:
 
 def _normals(scene: SceneData, passes: Sequence[str], samples: int) -> _Case:
     assert scene.camera is not None
-    if {"combined", "normal"} & set(passes):
+    if looks.BY_NORMAL & set(passes):
         return _Case("a pass shows them, or is shaded by them")
     rays = scene.camera.width * scene.camera.height * samples
     return _Case("", "no pass shows them or is shaded by them", f"up to {rays:,} normals not computed")
+
+
+def _smooth(scene: SceneData, settings: Settings, passes: Sequence[str]) -> _Case:
+    saves = f"up to {36 * scene.triangle_count:,} bytes of corner normals"
+    if not looks.BY_NORMAL & set(passes):
+        return _Case("", "no pass shows normals or is shaded by them", saves)
+    shown = [scene.meshes[row] for row in np.unique(scene.instance_mesh)]
+    smooth = sum(mesh.corner_normals is not None for mesh in shown)
+    if not smooth:
+        return _Case("", "every face is flat", saves)
+    if not settings.smooth:
+        return _Case("", "flat faces were chosen", saves)
+    return _Case(f"meshes with smooth faces: {smooth}")
+
+
+def _materials(scene: SceneData, passes: Sequence[str]) -> _Case:
+    saves = f"up to {4 * scene.triangle_count:,} bytes of material slots"
+    if not looks.BY_SURFACE & set(passes):
+        return _Case("", "no pass shows a material or is coloured by one", saves)
+    if not len(scene.surfaces):
+        return _Case("", "no object has a material", saves)
+    return _Case(f"surfaces: {len(scene.surfaces)}")
+
+
+def _occlusion(scene: SceneData, settings: Settings, passes: Sequence[str], around: Mapping[str, Any]) -> _Case:
+    assert scene.camera is not None
+    saves = f"up to {scene.camera.width * scene.camera.height * settings.samples:,} rays not traced"
+    if "combined" not in passes:
+        return _Case("", "no pass is shaded", saves)
+    if not settings.ambient_occlusion:
+        return _Case("", "ambient occlusion is off", saves)
+    if "ambient" in around and not any(around["ambient"]):
+        return _Case("", "the world is black: no light comes from all around", saves)
+    return _Case("ambient occlusion was chosen")
 
 
 def _powers(lights: NDArray[np.void]) -> NDArray[np.bool_]:
@@ -179,7 +230,8 @@ def _shadows(scene: SceneData, settings: Settings, is_shaded: bool) -> _Case:
     if not is_shaded:
         return _Case("", "no pass is shaded", f"up to {rays * max(1, len(scene.lights)):,} rays not traced")
     if not len(scene.lights):
-        why = "no light in the scene: the headlight shines from the camera, so nothing that it sees is in shadow"
+        which = "the headlight was chosen" if settings.shading == "headlight" else "no light in the scene"
+        why = f"{which}: the headlight shines from the camera, so nothing that it sees is in shadow"
         return _Case("", why, f"up to {rays:,} rays not traced")
     saved = f"up to {rays * len(scene.lights):,} rays not traced"
     if not settings.shadows:
@@ -213,9 +265,9 @@ def _why_whole(scene: SceneData, settings: Settings, passes: Collection[str], tr
     return FAST if settings.precision == "fast" else ""
 
 
-def _apart(scene: SceneData, shadows: bool) -> NDArray[np.bool_]:
+def _apart(scene: SceneData, shadows: bool, distance: float) -> NDArray[np.bool_]:
     """(M,) the instances that no ray reaches; none where nothing else would be left."""
-    apart = unreached(scene, shadows=shadows)
+    apart = unreached(scene, shadows=shadows, distance=distance)
     kept = sum(len(scene.meshes[m].triangles) for m in scene.instance_mesh[~apart])
     return apart if kept else np.zeros(len(apart), bool)
 

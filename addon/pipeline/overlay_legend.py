@@ -31,7 +31,11 @@ def legend(nodes: NDArray[np.void], max_depth: int, caption: Mapping[str, str], 
 
     `nodes` are the ones that are drawn, the root first.
     """
-    panel = _panel(_entries(nodes, max_depth, caption))
+    return fitted(panel_of(_entries(nodes, max_depth, caption)), width, height)
+
+
+def fitted(panel: Image, width: int, height: int) -> Image:
+    """A panel at the size it has in a picture of width x height pixels."""
     rows, columns = panel.shape[:2]
     scale = min(TEXT_HEIGHT * height / LINE_HEIGHT, MOST_HEIGHT * height / rows, MOST_WIDTH * width / columns)
     return _resized(panel, max(1, round(rows * scale)), max(1, round(columns * scale)))
@@ -68,7 +72,8 @@ def _counted(count: int, one: str, more: str = "") -> str:
     return f"{count:,} {one if count == 1 else more or one + 's'}"
 
 
-def _panel(entries: list[tuple[Image | None, str]]) -> Image:
+def panel_of(entries: list[tuple[Image | None, str]]) -> Image:
+    """A line for each text, with its swatch (SWATCH pixels of colour) where it has one."""
     indent = SWATCH[1] + PAD
     texts = [text_coverage(text) for _, text in entries]
     columns = max(

@@ -36,7 +36,7 @@ def draw_overlay(
     """
     image = tree_over_picture(picture, depth, nodes, view, max_depth)
     panel = legend(nodes[nodes["depth"] <= max_depth], max_depth, caption, view.width, view.height)[::-1]
-    image[_freest_corner(np.isfinite(depth[..., 0]), panel.shape[0], panel.shape[1])] = panel
+    image[freest_corner(np.isfinite(depth[..., 0]), panel.shape[0], panel.shape[1])] = panel
     finished: NDArray[np.uint8] = (np.clip(image, 0.0, 1.0) * 255.0 + 0.5).astype(np.uint8)
     return finished
 
@@ -101,7 +101,7 @@ def _line_layer(
     return line_layer(looks, by_look(), scene)
 
 
-def _freest_corner(hit: NDArray[np.bool_], rows: int, columns: int) -> tuple[slice, slice]:
+def freest_corner(hit: NDArray[np.bool_], rows: int, columns: int) -> tuple[slice, slice]:
     """Where a panel of rows x columns pixels hides the fewest hits; the upper left of equals."""
     height, width = hit.shape
     margin = min(width, height) // 50

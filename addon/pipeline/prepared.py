@@ -69,6 +69,8 @@ class Prepared:
             passes["depth"] = passes["depth"] + np.float32(view.near)
         if "triangle" in passes:
             passes["triangle"] = self.plan.rows_of_all(passes["triangle"])
+        if "instance" in passes:
+            passes["instance"] = self.plan.instances_of_all(passes["instance"])
         return passes
 
     def report(self, trace_seconds: float, tile: Tile | None = None) -> dict[str, Any]:

@@ -14,7 +14,7 @@ import bihtree
 import numpy as np
 from numpy.typing import NDArray
 
-from . import image, overlay_picture, prepared
+from . import heat_map, image, overlay_picture, prepared
 from .errors import UserError
 from .files import check_target, written_beside
 from .prepared import Progress, stage
@@ -29,16 +29,18 @@ class Outputs:
     images: tuple[Path, ...] = ()
     overlay: Path | None = None
     stats: Path | None = None
+    heat_map: Path | None = None
 
     @property
     def passes(self) -> tuple[str, ...]:
         """What plain pictures and the overlay are made of, whatever the settings ask for."""
         is_plain = any(path.suffix.lower() not in image.MULTILAYER for path in self.images)
-        return (*(("combined",) if is_plain or self.overlay else ()), *(("depth",) if self.overlay else ()))
+        made = {"combined": is_plain or self.overlay, "depth": self.overlay, "cost": self.heat_map}
+        return tuple(name for name, is_made in made.items() if is_made)
 
     @property
     def paths(self) -> tuple[Path, ...]:
-        return self.images + tuple(path for path in (self.overlay, self.stats) if path)
+        return self.images + tuple(path for path in (self.overlay, self.heat_map, self.stats) if path)
 
 
 ANY = Outputs(images=(Path("any.png"),), overlay=Path("any.png"))
@@ -64,8 +66,8 @@ def check_outputs(outputs: Outputs) -> None:
             raise UserError(f"two outputs have the name {path}; give each its own", exit_status=2)
     for path in outputs.images:
         image.check_format(path)
-    if outputs.overlay:
-        image.check_format(outputs.overlay, kinds=image.EIGHT_BIT)
+    for drawn in filter(None, (outputs.overlay, outputs.heat_map)):
+        image.check_format(drawn, kinds=image.EIGHT_BIT)
 
 
 def trace(
@@ -115,6 +117,9 @@ def write(
             beside = stack.enter_context(written_beside(path))
             if overlay is not None and path == outputs.overlay:
                 image.write_srgb8(beside, overlay)
+            elif path == outputs.heat_map:
+                caption = {"scene": scene.name, "tree": f"{preview.report['structure']}, {preview.report['layout']}"}
+                image.write_srgb8(beside, heat_map.draw(preview.passes["cost"], caption))
             elif path == outputs.stats:
                 beside.write_text(_json(preview.report), encoding="utf-8")
             elif path.suffix.lower() in image.MULTILAYER:
@@ -140,8 +145,10 @@ def summary(report: Mapping[str, Any]) -> list[str]:
 
 def _overlay(preview: Preview, scene: SceneData, settings: Settings) -> NDArray[np.uint8]:
     depth, stats = settings.overlay_depth, preview.tree.stats
+    # Behind the scene is paper, whatever the world is.
+    is_hit = np.isfinite(preview.passes["depth"])
     return overlay_picture.draw_overlay(
-        preview.passes["combined"],
+        np.where(is_hit, preview.passes["combined"], np.float32(0)),
         preview.passes["depth"],
         preview.tree.nodes(max_depth=depth),
         prepared.camera_of(scene),

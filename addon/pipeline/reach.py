@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from .camera import CameraView
 from .mesh import bounds_of
-from .scene import SUN, SceneData
+from .scene import ELLIPSE, RECTANGLE, SUN, SceneData
 
 MARGIN = 2.0**-16
 """Of the largest coordinate: eight times how far precision `fast` lifts the start of a shadow ray (2^-19 of it), and
@@ -25,30 +25,45 @@ class Rays:
 
     points: NDArray[np.float64]
     way: NDArray[np.float64] | None = None
+    spread: float = 0.0
+    """The sine of the angle that ways may be away from `way`; 1: any."""
+    grown: float = 0.0
+    """How far beyond the hull they reach in any direction."""
 
 
-def unreached(scene: SceneData, *, shadows: bool) -> NDArray[np.bool_]:
-    """(M,) for each instance, whether its box is apart from all rays. None is where the camera sees without end."""
+def unreached(scene: SceneData, *, shadows: bool, distance: float = 0.0) -> NDArray[np.bool_]:
+    """(M,) for each instance, whether its box is apart from all rays. None is where the camera sees without end.
+
+    `distance` is how far rays of ambient occlusion go from what the camera sees."""
     none = np.zeros(len(scene.instance_mesh), bool)
     assert scene.camera is not None
     frustum = _frustum(scene.camera)
-    if not np.isfinite(frustum).all():
+    if not np.isfinite(frustum).all() or not np.isfinite(distance):
         return none
     boxes = _boxes(scene)
     if not np.isfinite(boxes).all():
         return none
-    kinds = [Rays(frustum)]
+    kinds = [Rays(frustum, grown=distance)]
     if shadows:
         for light in scene.lights:
             if light["kind"] == SUN:
-                kinds.append(Rays(frustum, -light["direction"]))
+                half = 0.5 * min(float(light["size"][0]), np.pi)
+                kinds.append(Rays(frustum, -light["direction"], spread=float(np.sin(half))))
             else:
-                kinds.append(Rays(np.concatenate([frustum, light["position"][None]])))
+                kinds.append(Rays(np.concatenate([frustum, _corners_of_light(light)])))
     axes = _axes(frustum)
     apart = ~none
     for rays in kinds:
         apart &= _apart(boxes, rays, axes)
     return apart
+
+
+def _corners_of_light(light: np.void) -> NDArray[np.float64]:
+    """(8, 3) of a cube about it."""
+    size = float(np.hypot(*light["size"])) if light["kind"] in (RECTANGLE, ELLIPSE) else 2 * float(light["size"][0])
+    steps = np.stack(np.meshgrid([-0.5, 0.5], [-0.5, 0.5], [-0.5, 0.5]), axis=-1).reshape(-1, 3)
+    corners: NDArray[np.float64] = light["position"] + size * steps
+    return corners
 
 
 def _frustum(view: CameraView) -> NDArray[np.float64]:
@@ -104,10 +119,10 @@ def _apart(boxes: NDArray[np.float64], rays: Rays, axes: NDArray[np.float64]) ->
     both: Sequence[NDArray[np.float64]] = (axes, -axes)
     apart = np.zeros(len(boxes), bool)
     for directions in both:
-        reach = (rays.points @ directions.T).max(axis=0)
+        reach = (rays.points @ directions.T).max(axis=0) + rays.grown
         if rays.way is not None:
             # Margin in the angle too: a sweep that only just turns away has no end here.
-            ahead = directions @ rays.way > -MARGIN * np.linalg.norm(rays.way)
+            ahead = directions @ rays.way > -(MARGIN + rays.spread) * np.linalg.norm(rays.way)
             reach = np.where(ahead, np.inf, reach)
         least = (boxes @ directions.T).min(axis=1)
         apart |= (least > reach + margin).any(axis=1)

@@ -13,17 +13,34 @@ from .camera import CameraView
 from .errors import UserError
 from .mesh import Mesh
 
-LIGHT_DTYPE = np.dtype([("kind", "u1"), ("position", "f8", 3), ("direction", "f8", 3), ("colour", "f4", 3)])
-"""One light, as `bihtree.render(lights=…)` takes it: kind 0 a sun (irradiance `colour` in W/m², shining along
-`direction`), 1 a point light (`colour` in W, at `position`)."""
+LIGHT_DTYPE = np.dtype(
+    [("kind", "u1"), ("position", "f8", 3), ("direction", "f8", 3), ("axis", "f8", 3), ("size", "f8", 2)]
+    + [("spot", "f8", 2), ("colour", "f4", 3), ("shadowless", "?")]
+)
+"""One light, as `bihtree.render(lights=…)` takes it. Kinds: SUN (irradiance `colour` in W/m², shining along `direction`,
+`size` its angle), POINT (`colour` in W, at `position`, `size` its radius), SPOT (along `direction`; `spot` its angle and
+blend), RECTANGLE and ELLIPSE (`size` width along `axis` and height)."""
 
-SUN, POINT = 0, 1
+SUN, POINT, SPOT, RECTANGLE, ELLIPSE = range(5)
+
+SURFACE_DTYPE = np.dtype([("base", "f4", 3), ("emission", "f4", 3), ("index", "i4")])
+"""What a material slot holds: reflectance, radiance of its own, and its pass index."""
+
+OBJECT_DTYPE = np.dtype([("first_surface", "i4"), ("index", "i4"), ("flags", "u1")])
+"""An instance: the row of the surface of its first slot, its pass index, and a sum of flags."""
+
+HIDDEN, NO_SHADOW, HOLDOUT = 1, 2, 4
+"""Camera rays pass through it; shadow rays do; where it is seen the picture is empty."""
+
+Colour = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
 class SceneData:
     """Meshes in object space, and instances of them: row i shows meshes[instance_mesh[i]] through
-    instance_matrix[i] (4, 4) float64, object to world. `skipped` names what has no triangles to trace, and why."""
+    instance_matrix[i] (4, 4) float64, object to world, as objects[i] (OBJECT_DTYPE) says; None: all are plain.
+    `surfaces` (SURFACE_DTYPE) are those of the material slots; none: all is grey. `world` is the scene-linear radiance all
+    around; None: it is not known. `skipped` names what is not traced, and why."""
 
     meshes: Sequence[Mesh]
     instance_mesh: NDArray[np.int32]
@@ -32,6 +49,10 @@ class SceneData:
     camera: CameraView | None = None
     lights: NDArray[np.void] = field(default_factory=lambda: np.zeros(0, LIGHT_DTYPE))
     skipped: Sequence[str] = ()
+    surfaces: NDArray[np.void] = field(default_factory=lambda: np.zeros(0, SURFACE_DTYPE))
+    objects: NDArray[np.void] | None = None
+    world: Colour | None = None
+    film_transparent: bool = False
 
     @classmethod
     def of_mesh(cls, mesh: Mesh, camera: CameraView | None = None) -> SceneData:
@@ -48,7 +69,12 @@ class SceneData:
 
     def only(self, chosen: NDArray[np.bool_]) -> SceneData:
         """The same scene with some of its instances (M,)."""
-        return replace(self, instance_mesh=self.instance_mesh[chosen], instance_matrix=self.instance_matrix[chosen])
+        return replace(
+            self,
+            instance_mesh=self.instance_mesh[chosen],
+            instance_matrix=self.instance_matrix[chosen],
+            objects=None if self.objects is None else self.objects[chosen],
+        )
 
     def flatten(
         self, *, dtype: type[np.floating[Any]] | None = None, transform_all: bool = False

@@ -14,9 +14,13 @@ HEURISTICS = ("global", "local", "sah")
 PRECISIONS = ("watertight", "exact", "fast")
 LARGEST_SIDE = 65536
 """Most pixels a side of a picture, as bihtree.Camera has it."""
-PASSES = ("combined", "depth", "normal", "position", "triangle", "cost")
+DEFAULT_PASSES = ("combined", "depth", "normal", "position", "triangle", "cost")
+PASSES = (*DEFAULT_PASSES, "instance", "object_index", "material_index")
+"""New ones are put last: Blender saves the choice by their places."""
+SHADINGS = ("lights", "headlight")
 PARTS = (
-    *("bucket sort", "on demand", "double precision", "normals", "shadow rays", "lights without power"),
+    *("bucket sort", "on demand", "double precision", "normals", "smooth normals", "materials"),
+    *("shadow rays", "ambient occlusion", "lights without power"),
     *("objects out of reach", "tree", "threads", "world transform"),
     *(f"{name} pass" for name in PASSES),
 )
@@ -39,10 +43,18 @@ class Settings:
     precision: str = "watertight"
     leaf_size: int | None = None
     threads: int = 0
-    passes: tuple[str, ...] = PASSES
+    passes: tuple[str, ...] = DEFAULT_PASSES
     samples: int = 1
     seed: int = 0
+    shading: str = "lights"
+    """The scene's own lights, or a headlight; a scene without lights has a headlight."""
     shadows: bool = True
+    soft_shadows: bool = False
+    ambient_occlusion: bool = False
+    ambient_occlusion_distance: float | None = None
+    """In units of the scene; None: without end."""
+    smooth: bool = True
+    """Whether normals between those of the corners are shaded by, where a mesh has them."""
     overlay_depth: int = 6
     parts: Mapping[str, bool] = field(default_factory=lambda: MappingProxyType({}))
     """True keeps a part, False leaves it out wherever the picture stays the same; others are decided by the scene."""
@@ -52,6 +64,10 @@ class Settings:
         _one_of("layout", self.layout, LAYOUTS)
         _one_of("heuristic", self.heuristic, HEURISTICS)
         _one_of("precision", self.precision, PRECISIONS)
+        _one_of("shading", self.shading, SHADINGS)
+        if self.ambient_occlusion_distance is not None and not self.ambient_occlusion_distance > 0:
+            what = f"ambient occlusion distance is {self.ambient_occlusion_distance}; it must be above 0"
+            raise UserError(what, exit_status=2)
         for name in self.passes:
             _one_of("pass", name, PASSES)
         if not self.passes:

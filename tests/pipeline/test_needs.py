@@ -47,7 +47,7 @@ def test_every_part_has_one_row_in_the_order_of_the_settings() -> None:
 
 @pytest.mark.parametrize(
     ("name", "channels"),
-    [("combined", 4), ("depth", 1), ("normal", 3), ("position", 3), ("triangle", 1), ("cost", 2)],
+    [("combined", 4), ("depth", 1), ("normal", 3), ("position", 3), ("triangle", 1), ("instance", 1), ("cost", 2)],
 )
 def test_a_pass_not_wanted_saves_four_bytes_a_channel_and_pixel(name: str, channels: int) -> None:
     made, parts = planned(scene(MOVED, MOVED, lights=1), wanted=[other for other in PASSES if other != name])
