@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from addon.blender import classes
 from addon.blender.engine import BihPreviewEngine
-from addon.blender.export import read_mesh
+from addon.blender.mesh import read_mesh
 from addon.pipeline.mesh import Mesh, read_npz
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import bpy
+import numpy as np
 
 
 def modifier_errors(modifier: bpy.types.Modifier) -> list[str]:
@@ -19,3 +20,30 @@ def use_nodes(material: bpy.types.Material) -> None:
     """Give it shader nodes; from 5.0 on every material has some."""
     if material.node_tree is None:
         material.use_nodes = True
+
+
+def light_factor(light: bpy.types.Light) -> np.ndarray:
+    """(3,) exposure and temperature, which Blender 4.5 brought; before it a light has neither."""
+    factor = np.full(3, 2.0 ** getattr(light, "exposure", 0.0))
+    if getattr(light, "use_temperature", False):
+        factor *= light.temperature_color
+    return factor
+
+
+def casts_shadows(light: bpy.types.Light) -> bool:
+    return bool(getattr(light, "use_shadow", True))
+
+
+def light_notes(light: bpy.types.Light) -> list[str]:
+    """What of a light is not traced."""
+    notes = []
+    if light.type == "AREA" and getattr(light, "spread", np.pi) < np.pi - 1e-3:
+        notes.append("its spread is not traced")
+    if not getattr(light, "normalize", True):
+        notes.append("it is traced as if its power were normalised")
+    return notes
+
+
+def uses_nodes(block: bpy.types.Material | bpy.types.World) -> bool:
+    """From Blender 5.0 on every material and world has nodes, and the question is deprecated."""
+    return bpy.app.version >= (5, 0, 0) or bool(block.use_nodes)

@@ -9,12 +9,16 @@ from dataclasses import replace
 import bpy
 import numpy as np
 
+from ..pipeline.looks import Reading
 from ..pipeline.mesh import Mesh
 from ..pipeline.mesh_cache import MeshCache
-from ..pipeline.scene import LIGHT_DTYPE, SceneData
+from ..pipeline.scene import LIGHT_DTYPE, OBJECT_DTYPE, SceneData
 from .camera import camera_view
 from .faults import faults
 from .lights import light_row
+from .mesh import read_mesh
+from .objects import Objects, Row
+from .surfaces import Surfaces, world_colour
 
 NOT_TRACED = {
     "VOLUME": "a volume",
@@ -37,6 +41,7 @@ def scene_data(
     height: int,
     *,
     meshes: MeshCache | None = None,
+    reading: Reading | None = None,
     progress: Progress | None = None,
 ) -> SceneData:
     """Everything that `depsgraph` shows, seen by its scene's camera in width x height pixels.
@@ -45,7 +50,7 @@ def scene_data(
     """
     camera = depsgraph.scene_eval.camera
     view = camera_view(camera, depsgraph, width, height) if camera else None
-    return replace(contents(depsgraph, meshes=meshes, progress=progress), camera=view)
+    return replace(contents(depsgraph, meshes=meshes, reading=reading, progress=progress), camera=view)
 
 
 def contents(
@@ -53,16 +58,22 @@ def contents(
     *,
     meshes: MeshCache | None = None,
     space: bpy.types.SpaceView3D | None = None,
+    reading: Reading | None = None,
     progress: Progress | None = None,
 ) -> SceneData:
     """Everything that `depsgraph` shows, without a camera; in `space`, what that viewport shows.
 
     Curves, surfaces, text, metaballs and the output of geometry nodes come out of `object_instances` as meshes, and
     a mesh that several instances show is read once. Those that `meshes` has from before are not read again where
-    Blender has not evaluated them anew. What cannot be traced is named in `skipped`.
+    Blender has not evaluated them anew. `reading` says what of their looks is wanted; None: all. What cannot be traced
+    is named in `skipped`.
     Raises bihtree.Cancelled where `progress` returns False.
     """
     cache = MeshCache() if meshes is None else meshes
+    reading = reading or Reading()
+    surfaces = Surfaces()
+    objects = Objects(depsgraph, surfaces if reading.materials else None)
+    looks: list[Row] = []
     read: list[Mesh] = []
     rows: dict[bpy.types.Mesh, int | None] = {}
     of_owner: Counter[int] = Counter()
@@ -90,7 +101,7 @@ def contents(
                 of_owner[owner.original.session_uid] += 1
                 rows[data], why = None, "has no faces"
                 try:
-                    mesh = _kept(cache, owner, data, number)
+                    mesh = _kept(cache, owner, data, number, reading)
                 except MemoryError:
                     why = "is left out: there is no memory for its mesh"
                 else:
@@ -103,6 +114,7 @@ def contents(
             if row is not None:
                 shown.append(row)
                 places.append(place)
+                looks.append(objects.row_of(instance))
         elif kind == "LIGHT":
             light, note = light_row(owner, matrices[place])
             lights.append(light)
@@ -111,13 +123,20 @@ def contents(
         elif kind in NOT_TRACED:
             skipped[f"object {owner.name!r} is {NOT_TRACED[kind]}, which has no triangles"] = None
     cache.forget_unused()
+    scene = depsgraph.scene_eval
+    world, note = world_colour(scene.world)
+    notes = [*skipped, *surfaces.notes, *filter(None, [note])]
     return SceneData(
         meshes=read,
         instance_mesh=np.array(shown, np.int32),
         instance_matrix=matrices[np.array(places, np.intp)],
-        name=depsgraph.scene_eval.name,
+        name=scene.name,
         lights=np.array(lights, LIGHT_DTYPE),
-        skipped=tuple(skipped),
+        skipped=tuple(notes),
+        surfaces=surfaces.rows,
+        objects=np.array(looks, OBJECT_DTYPE),
+        world=world,
+        film_transparent=scene.render.film_transparent,
     )
 
 
@@ -128,30 +147,14 @@ def _cancelled() -> Exception:
     return Cancelled("cancelled")
 
 
-def read_mesh(mesh: bpy.types.Mesh, name: str) -> Mesh:
-    """Vertices (V, 3) float32 and triangles (T, 3) int32 of an evaluated mesh, as Blender triangulates it.
-
-    The dtypes are those that Blender stores: with any other, foreach_get goes through one Python object a number.
-    """
-    triangle_count = len(mesh.loop_triangles)
-    vertices = np.empty((len(mesh.vertices), 3), np.float32)
-    corners = np.empty((triangle_count, 3), np.uint32)
-    vertex_of_corner = np.empty(len(mesh.loops), np.int32)
-    if triangle_count:
-        mesh.attributes["position"].data.foreach_get("vector", vertices.ravel())
-        mesh.loop_triangles.foreach_get("loops", corners.ravel())
-        mesh.attributes[".corner_vert"].data.foreach_get("value", vertex_of_corner)
-    return Mesh(name, vertices, vertex_of_corner[corners])
-
-
-def _kept(cache: MeshCache, owner: bpy.types.Object, data: bpy.types.Mesh, number: int) -> Mesh:
+def _kept(cache: MeshCache, owner: bpy.types.Object, data: bpy.types.Mesh, number: int, reading: Reading) -> Mesh:
     """The mesh `number` of those that `owner` shows. Each evaluation of a mesh has a number of its own in a session;
     what is being edited in edit mode is not in the evaluated mesh."""
-    identity = (owner.original.session_uid, number)
+    identity = (owner.original.session_uid, number, reading)
     if not data.is_editmode:
-        return cache.mesh(identity, lambda: read_mesh(data, owner.name), evaluation=data.session_uid)
+        return cache.mesh(identity, lambda: read_mesh(data, owner.name, reading), evaluation=data.session_uid)
     try:
-        return cache.mesh(identity, lambda: read_mesh(owner.to_mesh(), owner.name))
+        return cache.mesh(identity, lambda: read_mesh(owner.to_mesh(), owner.name, reading))
     finally:
         owner.to_mesh_clear()
 

@@ -13,6 +13,7 @@ import numpy as np
 from ..pipeline import prepared
 from ..pipeline.errors import UserError
 from ..pipeline.image import MISS_DEPTH
+from ..pipeline.looks import Reading
 from ..pipeline.mesh_cache import MeshCache
 from ..pipeline.prepared import Tile
 from ..pipeline.tree_cache import TreeCache
@@ -44,7 +45,14 @@ def render(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph, kept:
     settings = replace(settings, passes=wanted_passes(layer, settings.passes))
     progress = Progress(engine)
     started = perf_counter()
-    scene = scene_data(depsgraph, engine.resolution_x, engine.resolution_y, meshes=kept.meshes, progress=progress)
+    scene = scene_data(
+        depsgraph,
+        engine.resolution_x,
+        engine.resolution_y,
+        meshes=kept.meshes,
+        reading=Reading.of(settings, settings.passes),
+        progress=progress,
+    )
     if scene.skipped:
         engine.report({"WARNING"}, "BIH Preview: " + "; ".join(scene.skipped))
     ready = prepared.prepare(

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,7 @@ from ..pipeline.camera import framing_view
 from ..pipeline.errors import UserError
 from ..pipeline.mesh import bounds_of, read_npz
 from ..pipeline.scene import SceneData
-from ..pipeline.settings import Settings
+from ..pipeline.settings import PASSES, Settings
 from . import modules
 
 DEFAULT_SIZE = (1280, 720)
@@ -34,28 +34,31 @@ def run(source: Source, chosen: Mapping[str, Any], outputs: preview.Outputs) -> 
     Returns the lines to print. Raises UserError; then no file is written.
     """
     preview.check_outputs(outputs)
-    scene, settings, seconds = read(source)
-    settings = replace(settings, **chosen)
+    scene, settings, seconds = read(source, chosen, outputs.passes)
     traced = preview.trace(scene, settings, outputs=outputs, export_seconds=seconds, progress=_go_on)
     preview.write(traced, scene, settings, outputs, progress=_go_on)
     table = needs.lines(traced.report["needs"])
     return [*preview.summary(traced.report), "", *table, *(f"note: {what}" for what in scene.skipped)]
 
 
-def read(source: Source) -> tuple[SceneData, Settings, float]:
-    """The scene, its settings and the seconds that its export took. Raises UserError."""
+def read(
+    source: Source, chosen: Mapping[str, Any] | None = None, passes: Collection[str] = PASSES
+) -> tuple[SceneData, Settings, float]:
+    """The scene, its settings with what is `chosen` in their place, and the seconds that its export took: of a .blend
+    what these passes and those of the settings show. Raises UserError."""
+    plain = Settings(**(chosen or {}))
     width, height = source.size or DEFAULT_SIZE
     if source.mesh and source.mesh.suffix.lower() == ".npz":
-        return _read_npz(source.mesh, width, height), Settings(), 0.0
+        return _read_npz(source.mesh, width, height), plain, 0.0
     modules.require("bpy")
     from . import classes, scene_file
 
     with classes.registered():
         if source.mesh:
             scene, seconds = scene_file.read_mesh_file(source.mesh, width, height)
-            return scene, Settings(), seconds
+            return scene, plain, seconds
         assert source.scene
-        return scene_file.read_blend(source.scene, frame=source.frame, size=source.size)
+        return scene_file.read_blend(source.scene, frame=source.frame, size=source.size, chosen=chosen, passes=passes)
 
 
 def _read_npz(path: Path, width: int, height: int) -> SceneData:

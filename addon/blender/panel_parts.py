@@ -16,6 +16,7 @@ from .trees import TREES
 CHARACTER, MARGIN = 6.4, 8
 """Width of a letter of Blender's interface in pixels, on average, and the letters that a panel's margins take."""
 
+SHADING = ("shading", "shadows", "soft_shadows", "ambient_occlusion", "ambient_occlusion_distance", "smooth")
 CHOICES = {"layout": settings.LAYOUTS, "heuristic": settings.HEURISTICS}
 
 
@@ -60,7 +61,7 @@ def draw_own_choices(layout: bpy.types.UILayout, chosen: BihSettings, name: str,
 
 def draw_render_settings(layout: bpy.types.UILayout, chosen: BihSettings) -> None:
     plain(layout)
-    for name in ("samples", "viewport_samples", "shadows", "overlay_depth"):
+    for name in ("samples", "viewport_samples", *SHADING, "overlay_depth"):
         layout.prop(chosen, name)
     layout.column().prop(chosen, "passes")
 

@@ -24,7 +24,12 @@ def blender_passes(name: str) -> list[tuple[str, str]]:
 
 def wanted_passes(view_layer: bpy.types.ViewLayer, chosen: Collection[str]) -> tuple[str, ...]:
     """The passes chosen for BIH, those that the view layer asks any engine for, and always Combined."""
-    asked = {"combined", *chosen}
-    flags = (("depth", view_layer.use_pass_z), ("normal", view_layer.use_pass_normal))
-    asked |= {name for name, flag in (*flags, ("position", view_layer.use_pass_position)) if flag}
+    flags = {
+        "depth": view_layer.use_pass_z,
+        "normal": view_layer.use_pass_normal,
+        "position": view_layer.use_pass_position,
+        "object_index": view_layer.use_pass_object_index,
+        "material_index": view_layer.use_pass_material_index,
+    }
+    asked = {"combined", *chosen, *(name for name, is_asked in flags.items() if is_asked)}
     return tuple(name for name in PASSES if name in asked)

@@ -138,20 +138,20 @@ class BihSettings(bpy.types.PropertyGroup):
     )
     soft_shadows: BoolProperty(
         name="Soft Shadows",
-        description="Give lights their size. Shadows get the soft edges they have, with noise that fades as the samples "
-        "grow: with four times as many, by half or more. The same rays, a little more time for each, no memory",
+        description="Give lights their size. Shadows get the soft edges they have, with noise that fades as the "
+        "samples grow: with four times as many, by half or more. The same rays, a little more time for each, no memory",
         default=Settings.soft_shadows,
     )
     ambient_occlusion: BoolProperty(
         name="Ambient Occlusion",
-        description="Darken what the world's light or the headlight reaches only in part. One more ray a sample of time, "
-        "no memory; noise that fades as the samples grow",
+        description="Darken what the world's light or the headlight reaches only in part. One more ray a sample of "
+        "time, no memory; noise that fades as the samples grow",
         default=Settings.ambient_occlusion,
     )
     ambient_occlusion_distance: FloatProperty(
         name="Distance",
         description="How far away a surface may darken another; 0 is without end. A shorter one takes less time and "
-        "leaves out what is further away",
+        "the same memory, and leaves out what is further away",
         min=0.0,
         subtype="DISTANCE",
     )

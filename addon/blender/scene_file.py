@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
+from typing import Any
 
 import bpy
 
 from ..pipeline.camera import framing_view
 from ..pipeline.errors import UserError
+from ..pipeline.looks import Reading
 from ..pipeline.mesh import bounds_of
 from ..pipeline.scene import SceneData
 from ..pipeline.settings import Settings
@@ -23,9 +26,15 @@ BLEND_MAGIC = (b"BLENDER", b"\x28\xb5\x2f\xfd", b"\x1f\x8b")
 
 
 def read_blend(
-    path: Path, *, frame: int | None = None, size: tuple[int, int] | None = None
+    path: Path,
+    *,
+    frame: int | None = None,
+    size: tuple[int, int] | None = None,
+    chosen: Mapping[str, Any] | None = None,
+    passes: Collection[str] = (),
 ) -> tuple[SceneData, Settings, float]:
-    """The active scene of a .blend as F12 sees it, the settings saved in it, and the seconds its export took.
+    """The active scene of a .blend as F12 sees it, the settings saved in it with what is `chosen` in their place, and
+    the seconds its export took. What neither the settings' passes nor `passes` show is not read.
 
     No script of the file is run. `size` in pixels; None: the scene's own. Raises UserError.
     """
@@ -40,9 +49,10 @@ def read_blend(
         scene.frame_set(frame)
     if scene.camera is None:
         raise UserError(f"{path}: scene {scene.name!r} has no camera. Add one (Add > Camera) and save the file again.")
-    settings = settings_of(scene)
+    settings = replace(settings_of(scene), **(chosen or {}))
     width, height = size or _size_of(scene)
-    exported, seconds = rendered_scene(scene, width, height)
+    reading = Reading.of(settings, {*settings.passes, *passes})
+    exported, seconds = rendered_scene(scene, width, height, reading)
     return replace(exported, skipped=(*_missing_libraries(), *exported.skipped)), settings, seconds
 
 
@@ -64,8 +74,11 @@ def read_mesh_file(path: Path, width: int, height: int) -> tuple[SceneData, floa
     return replace(exported, name=path.stem, camera=framing_view(bounds_of(vertices), width, height)), seconds
 
 
-def rendered_scene(scene: bpy.types.Scene, width: int, height: int) -> tuple[SceneData, float]:
-    """The scene with the objects, modifiers and levels of a final render, and the seconds its export took.
+def rendered_scene(
+    scene: bpy.types.Scene, width: int, height: int, reading: Reading | None = None
+) -> tuple[SceneData, float]:
+    """The scene with the objects, modifiers and levels of a final render, and the seconds its export took; of their
+    looks what `reading` says.
 
     Only a render has such a depsgraph, so an engine that does nothing but export stands in for one.
     """
@@ -79,7 +92,7 @@ def rendered_scene(scene: bpy.types.Scene, width: int, height: int) -> tuple[Sce
         def render(self, depsgraph: bpy.types.Depsgraph) -> None:
             try:
                 started = perf_counter()
-                exported = scene_data(depsgraph, width, height)
+                exported = scene_data(depsgraph, width, height, reading=reading)
                 caught.append((exported, perf_counter() - started))
             except BaseException as error:  # noqa: BLE001 - raised below: Blender would print it and go on
                 failed.append(error)

@@ -11,6 +11,7 @@ import bpy
 import numpy as np
 
 from ..pipeline.camera import CameraView
+from ..pipeline.looks import Reading
 from ..pipeline.mesh_cache import MeshCache
 from ..pipeline.scene import SceneData
 from ..pipeline.session import Session, Shown
@@ -43,8 +44,9 @@ class Viewport:
     def update(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
         """The scene has changed."""
         scene = depsgraph.scene_eval
-        self._scene = contents(depsgraph, meshes=self._meshes, space=context.space_data)
         self._settings = settings_of(scene)
+        reading = Reading.of(self._settings, ("combined",))
+        self._scene = contents(depsgraph, meshes=self._meshes, space=context.space_data, reading=reading)
         self._samples = scene.bih.viewport_samples
         self._view = None
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,8 +24,8 @@ STEPS = 5
 
 
 def draw(cost: NDArray[np.float32], caption: Mapping[str, str]) -> NDArray[np.uint8]:
-    """The cost pass (H, W, 2) as sRGB (H, W, 3), its first row at the bottom, with a legend where there is least to see.
-    UserError where OpenImageIO is missing."""
+    """The cost pass (H, W, 2) as sRGB (H, W, 3), its first row at the bottom, with a legend where there is least to
+    see. UserError where OpenImageIO is missing."""
     picture = colours(cost)
     height, width = picture.shape[:2]
     panel = fitted(panel_of(_entries(cost, caption)), width, height)[::-1]
@@ -44,7 +45,7 @@ def scale(cost: NDArray[np.float32]) -> float:
     return max(1.0, float(np.quantile(cost.sum(axis=2), MOST)))
 
 
-def ramp(share: NDArray[np.floating]) -> NDArray[np.float64]:
+def ramp(share: NDArray[np.floating[Any]]) -> NDArray[np.float64]:
     """(…, 3) the colours of shares from 0 to 1."""
     stops = np.linspace(0.0, 1.0, len(RAMP))
     return np.stack([np.interp(share, stops, channel) for channel in RAMP.T], axis=-1)

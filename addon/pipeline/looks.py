@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,22 @@ BY_SURFACE = SHADED | {"material_index"}
 BY_OBJECT = frozenset({"instance", "object_index"})
 
 RANGED_DTYPE = np.dtype([("first_triangle", "i8"), *((name, OBJECT_DTYPE[name]) for name in OBJECT_DTYPE.names or ())])
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What of the looks is read from Blender: what no pass shows stays there."""
+
+    normals: bool = True
+    materials: bool = True
+
+    @classmethod
+    def of(cls, settings: Settings, passes: Collection[str]) -> Reading:
+        """What `passes` need."""
+        return cls(
+            normals=settings.smooth and not BY_NORMAL.isdisjoint(passes),
+            materials=not BY_SURFACE.isdisjoint(passes),
+        )
 
 
 def lights(scene: SceneData, settings: Settings) -> NDArray[np.void]:
@@ -74,7 +91,8 @@ def corner_normals(scene: SceneData) -> NDArray[np.float32] | None:
     if all(mesh.corner_normals is None for mesh in shown):
         return None
     if len(shown) == 1 and not scene.moves:
-        return shown[0].corner_normals
+        only: NDArray[np.float32] | None = shown[0].corner_normals
+        return only
     normals = np.zeros((scene.triangle_count, 3, 3), np.float32)
     first = 0
     for mesh, matrix in zip(shown, scene.instance_matrix, strict=True):

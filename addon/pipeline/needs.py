@@ -80,11 +80,14 @@ class _Case:
 def plan(scene: SceneData, settings: Settings, wanted: Collection[str], *, tree_shown: bool) -> Plan:
     """Decide everything once. `wanted` names the passes to trace, `tree_shown` says that a picture of the tree is made
     too. The scene has a camera and triangles."""
-    assert scene.camera is not None
+    view = scene.camera
+    assert view is not None
     parts: list[Part] = []
+    chosen = {"shadow rays": "shadows", "ambient occlusion": "ambient_occlusion", "smooth normals": "smooth"}
+    off = {part for part, name in chosen.items() if not getattr(settings, name)}
 
     def is_kept(name: str, case: _Case) -> bool:
-        is_off = {"shadow rays": not settings.shadows, "ambient occlusion": not settings.ambient_occlusion}.get(name)
+        is_off = name in off
         parts.append(_decided(name, case, None if is_off else settings.parts.get(name)))
         return parts[-1].kept
 
@@ -125,7 +128,7 @@ def plan(scene: SceneData, settings: Settings, wanted: Collection[str], *, tree_
         tree["leaf_size"] = 1 if settings.leaf_size is None and count <= leaf else settings.leaf_size
     else:
         tree["leaf_size"] = leaf
-    rays = scene.camera.width * scene.camera.height * settings.samples
+    rays = view.width * view.height * settings.samples
     tree["threads"] = settings.threads if is_kept("threads", _threads(rays, settings)) else 1
     render = {"passes": passes, "lights": lights, "shadows": shadows, **around}
     if occlusion:

@@ -17,9 +17,9 @@ LIGHT_DTYPE = np.dtype(
     [("kind", "u1"), ("position", "f8", 3), ("direction", "f8", 3), ("axis", "f8", 3), ("size", "f8", 2)]
     + [("spot", "f8", 2), ("colour", "f4", 3), ("shadowless", "?")]
 )
-"""One light, as `bihtree.render(lights=…)` takes it. Kinds: SUN (irradiance `colour` in W/m², shining along `direction`,
-`size` its angle), POINT (`colour` in W, at `position`, `size` its radius), SPOT (along `direction`; `spot` its angle and
-blend), RECTANGLE and ELLIPSE (`size` width along `axis` and height)."""
+"""One light, as `bihtree.render(lights=…)` takes it. Kinds: SUN (irradiance `colour` in W/m², shining along
+`direction`, `size` its angle), POINT (`colour` in W, at `position`, `size` its radius), SPOT (along `direction`; `spot`
+its angle and blend), RECTANGLE and ELLIPSE (`size` width along `axis` and height)."""
 
 SUN, POINT, SPOT, RECTANGLE, ELLIPSE = range(5)
 
@@ -39,8 +39,8 @@ Colour = tuple[float, float, float]
 class SceneData:
     """Meshes in object space, and instances of them: row i shows meshes[instance_mesh[i]] through
     instance_matrix[i] (4, 4) float64, object to world, as objects[i] (OBJECT_DTYPE) says; None: all are plain.
-    `surfaces` (SURFACE_DTYPE) are those of the material slots; none: all is grey. `world` is the scene-linear radiance all
-    around; None: it is not known. `skipped` names what is not traced, and why."""
+    `surfaces` (SURFACE_DTYPE) are those of the material slots; none: all is grey. `world` is the scene-linear radiance
+    all around; None: it is not known. `skipped` names what is not traced, and why."""
 
     meshes: Sequence[Mesh]
     instance_mesh: NDArray[np.int32]

@@ -21,7 +21,7 @@ from addon.blender.passes import blender_passes, wanted_passes
 from addon.blender.scene_file import rendered_scene
 from addon.pipeline import preview
 from addon.pipeline.image import MISS_DEPTH
-from addon.pipeline.settings import PARTS, PASSES, Settings
+from addon.pipeline.settings import DEFAULT_PASSES, PARTS, Settings
 from tests.blender.scenes import add, add_camera, add_light, add_mesh
 from tests.meshes import icosphere
 
@@ -84,7 +84,7 @@ def test_every_pass_is_what_the_pipeline_traced(ball, tmp_path):
     shown = render(ball, tmp_path)
     expected = traced(ball)
     assert np.isinf(expected["depth"]).any() and np.isfinite(expected["depth"]).any()
-    for name in PASSES:
+    for name in DEFAULT_PASSES:
         wanted = expected[name].astype(np.float32)
         if name == "depth":
             wanted[np.isinf(wanted)] = MISS_DEPTH
@@ -99,13 +99,13 @@ def test_the_picture_is_the_right_way_up(ball, tmp_path):
     seen = world_to_camera_view(ball, camera, centre + towards)
     column, row = int(seen.x * WIDTH), int(seen.y * HEIGHT)
     assert column < WIDTH / 2 < WIDTH - column and row > HEIGHT / 2
-    pixel = {name: joined(shown, name)[row, column] for name in PASSES}
+    pixel = {name: joined(shown, name)[row, column] for name in DEFAULT_PASSES}
     np.testing.assert_allclose(pixel["position"], centre + towards, atol=0.2)
     np.testing.assert_allclose(pixel["depth"], 6.0 + pixel["position"][1], atol=1e-4)
     assert pixel["normal"] @ np.array(towards) > 0.97
     assert 0 <= pixel["triangle"] < 20 * 4**3
     assert pixel["combined"][3] == 1 and (pixel["combined"][:3] > 0).all()
-    assert joined(shown, "triangle")[0, -1] == -1 and (joined(shown, "combined")[0, -1] == 0).all()
+    assert joined(shown, "triangle")[0, -1] == -1 and (joined(shown, "combined")[0, -1] == (0, 0, 0, 1)).all()
 
 
 def test_only_the_chosen_passes(ball, tmp_path):

@@ -60,7 +60,8 @@ def test_every_property_says_what_it_costs(registered):
     properties = [p for p in BihSettings.bl_rna.properties if p.identifier not in {"rna_type", "name"}]
     assert {p.identifier for p in properties} == {
         "structure", "layout", "heuristic", "build", "presort", "precision", "leaf_size", "samples", "shadows",
-        "viewport_samples", "passes", "overlay_depth",
+        "viewport_samples", "passes", "overlay_depth", "shading", "soft_shadows", "ambient_occlusion",
+        "ambient_occlusion_distance", "smooth",
     }  # fmt: skip
     for p in properties:
         assert any(word in p.description for word in ("time", "faster")), p.identifier

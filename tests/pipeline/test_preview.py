@@ -13,12 +13,12 @@ import numpy as np
 import OpenImageIO
 import pytest
 
-from addon.pipeline import image, preview
+from addon.pipeline import image, looks, preview
 from addon.pipeline.camera import CameraView, framing_view, perspective_view
 from addon.pipeline.errors import UserError
 from addon.pipeline.mesh import Mesh
 from addon.pipeline.scene import LIGHT_DTYPE, SUN, SceneData
-from addon.pipeline.settings import PASSES, Settings
+from addon.pipeline.settings import DEFAULT_PASSES, PASSES, Settings
 from tests import meshes
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -116,6 +116,7 @@ def test_passes_do_not_depend_on_what_else_is_asked_for(asked: tuple[str, ...]) 
             samples=2,
             seed=3,
             lights=scene.lights,
+            objects=looks.objects(scene, PASSES, has_surfaces=False),
         )
         assert (values == alone[name]).all()
 
@@ -186,7 +187,7 @@ def test_triangles_without_area_are_counted_and_change_nothing() -> None:
     without = preview.trace(one_box(), Settings())
     assert with_flat.report["rejected"] == 3
     assert "3 triangles have no area" in preview.summary(with_flat.report)[-1]
-    for name in PASSES:
+    for name in DEFAULT_PASSES:
         assert (with_flat.passes[name] == without.passes[name]).all()
 
 
