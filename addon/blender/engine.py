@@ -42,6 +42,8 @@ class BihPreviewEngine(bpy.types.RenderEngine):
             self._render(depsgraph)
         except UserError as error:
             self.report({"ERROR"}, str(error))
+        except MemoryError as error:
+            self.report({"ERROR"}, f"out of memory{_because(error)}. Hide heavy objects, or render fewer passes")
         except Exception as error:
             self.report({"ERROR"}, f"{type(error).__name__}: {error}")
             raise
@@ -83,6 +85,11 @@ class BihPreviewEngine(bpy.types.RenderEngine):
             self._viewport.draw(self, context, depsgraph.scene_eval)
         except UserError as error:
             self.update_stats("", str(error))
+
+
+def _because(error: MemoryError) -> str:
+    """What the error says, if anything."""
+    return f" ({error})" if str(error) else ""
 
 
 @bpy.app.handlers.persistent

@@ -14,10 +14,11 @@ def faults(depsgraph: bpy.types.Depsgraph) -> Iterator[str]:
     is not there."""
     for owner in depsgraph.objects:
         name = f"object {owner.name!r}"
-        if owner.is_missing or (owner.data is not None and owner.data.is_missing):
-            missing = owner if owner.is_missing else owner.data
-            library = missing.original.library
-            yield f"{name} is linked from {library.filepath if library else 'a file'}, which is missing"
+        for block in filter(None, (owner.original, owner.original.data)):
+            if block.is_missing:
+                library = block.library
+                yield f"{name} is linked from {library.filepath if library else 'a file'}, which is missing"
+                break
         for block in (owner, owner.data):
             animation = getattr(block, "animation_data", None)
             for curve in animation.drivers if animation else ():
