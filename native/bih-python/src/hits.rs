@@ -83,6 +83,12 @@ pub struct HitLists {
 
 impl HitLists {
     pub fn new<F: Float + Element>(py: Python<'_>, lists: bih_core::traverse::HitLists<F>) -> Self {
+        let instance = vec![0; lists.t.len()];
+        Self::of(py, lists, instance)
+    }
+
+    /// Of a scene, with the rows of the instances.
+    pub fn of<F: Float + Element>(py: Python<'_>, lists: bih_core::traverse::HitLists<F>, instance: Vec<i32>) -> Self {
         let (rays, hits) = (lists.offsets.len() - 1, lists.t.len());
         Self {
             offsets: PyArray1::from_vec(py, lists.offsets).unbind(),
@@ -90,7 +96,7 @@ impl HitLists {
             triangle: PyArray1::from_vec(py, lists.triangle).unbind(),
             u: PyArray1::from_vec(py, lists.u).into_any().unbind(),
             v: PyArray1::from_vec(py, lists.v).into_any().unbind(),
-            instance: PyArray1::zeros(py, hits, false).unbind(),
+            instance: PyArray1::from_vec(py, instance).unbind(),
             rays,
             hits,
         }

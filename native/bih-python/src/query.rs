@@ -18,7 +18,7 @@ use crate::tree::Tree;
 pub const SUPERVISED: usize = 1 << 14;
 
 /// Batches of fewer tests are, where each ray may meet every triangle.
-const SUPERVISED_TESTS: usize = 1 << 24;
+pub const SUPERVISED_TESTS: usize = 1 << 24;
 
 impl Tree {
     /// The nearest hit of each ray, in numbers of one precision.

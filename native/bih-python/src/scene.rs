@@ -3,7 +3,7 @@
 use std::sync::{Arc, PoisonError, RwLock};
 
 use bih_core::build::Precision;
-use bih_core::instances::{Model, Scene as CoreScene, SceneHits, SceneTracer};
+use bih_core::instances::{Model, Scene as CoreScene, SceneHitLists, SceneHits, SceneTracer};
 use bih_core::simd::FloatEnvironment;
 use bih_core::traverse::{Float, RayBatch};
 use bih_core::{Control, Error};
@@ -15,8 +15,8 @@ use rayon::ThreadPool;
 
 use crate::arrays::{Limit, as_array, converted, kind, wrong};
 use crate::errors::GeometryError;
-use crate::hits::Hits;
-use crate::query::{SUPERVISED, with_rays};
+use crate::hits::{HitLists, Hits};
+use crate::query::{SUPERVISED, SUPERVISED_TESTS, with_rays};
 use crate::stats::Stats;
 use crate::supervise::{run, supervise};
 use crate::tree::{Pair, Tree, bounds_array, cost_arrays, count, node_array, thread_pool};
@@ -88,10 +88,47 @@ impl Scene {
         t_min: Limit<'py>,
         t_max: Limit<'py>,
     ) -> PyResult<Bound<'py, PyArray1<bool>>> {
-        let answers = self.query(py, origins, directions, &t_min, &t_max, |tracer, rays, control| {
+        let answers = self.query(py, origins, directions, &t_min, &t_max, SUPERVISED, |tracer, rays, control| {
             Ok(tracer.occluded_of(rays, control)?)
         })?;
         Ok(PyArray::from_vec(py, answers))
+    }
+
+    /// All triangles that each ray hits, nearest first.
+    #[pyo3(signature = (origins, directions, *, t_min=Limit::Number(0.0), t_max=Limit::Number(f64::INFINITY),
+        max_hits=None), text_signature = "($self, origins, directions, *, t_min=0.0, t_max=1e999, max_hits=None)")]
+    fn intersect_all(
+        &self,
+        py: Python<'_>,
+        origins: &Bound<'_, PyAny>,
+        directions: &Bound<'_, PyAny>,
+        t_min: Limit<'_>,
+        t_max: Limit<'_>,
+        max_hits: Option<i64>,
+    ) -> PyResult<HitLists> {
+        let most = max_hits.map(|most| count("max_hits", most, 1)).transpose()?.unwrap_or(usize::MAX);
+        if self.is_double {
+            self.all::<f64>(py, origins, directions, &t_min, &t_max, most)
+        } else {
+            self.all::<f32>(py, origins, directions, &t_min, &t_max, most)
+        }
+    }
+
+    /// How often each ray crosses the surfaces.
+    #[pyo3(signature = (origins, directions, *, t_min=Limit::Number(0.0), t_max=Limit::Number(f64::INFINITY)),
+        text_signature = "($self, origins, directions, *, t_min=0.0, t_max=1e999)")]
+    fn count<'py>(
+        &self,
+        py: Python<'py>,
+        origins: &Bound<'py, PyAny>,
+        directions: &Bound<'py, PyAny>,
+        t_min: Limit<'py>,
+        t_max: Limit<'py>,
+    ) -> PyResult<Bound<'py, PyArray1<i32>>> {
+        let counts = self.query(py, origins, directions, &t_min, &t_max, self.few(), |tracer, rays, control| {
+            Ok(tracer.count_of(rays, control)?)
+        })?;
+        Ok(PyArray::from_vec(py, counts))
     }
 
     /// Nodes visited and triangles tested by `intersect` for each ray.
@@ -102,7 +139,7 @@ impl Scene {
         directions: &Bound<'py, PyAny>,
     ) -> PyResult<Pair<'py>> {
         let all = (Limit::Number(0.0), Limit::Number(f64::INFINITY));
-        let counts = self.query(py, origins, directions, &all.0, &all.1, |tracer, rays, control| {
+        let counts = self.query(py, origins, directions, &all.0, &all.1, SUPERVISED, |tracer, rays, control| {
             Ok(tracer.cost_of(rays, control)?)
         })?;
         Ok(cost_arrays(py, &counts))
@@ -169,13 +206,35 @@ impl Scene {
         t_max: &Limit<'_>,
     ) -> PyResult<Hits> {
         let SceneHits { hits, instance } =
-            self.query(py, origins, directions, t_min, t_max, |tracer, rays, control| {
+            self.query(py, origins, directions, t_min, t_max, SUPERVISED, |tracer, rays, control| {
                 Ok(tracer.closest_of::<F>(rays, control)?)
             })?;
         Ok(Hits::of(py, hits, instance))
     }
 
-    /// Check the rays and hand them to `work` with the scene, supervised unless there are few.
+    fn all<F: Float + Element>(
+        &self,
+        py: Python<'_>,
+        origins: &Bound<'_, PyAny>,
+        directions: &Bound<'_, PyAny>,
+        t_min: &Limit<'_>,
+        t_max: &Limit<'_>,
+        most: usize,
+    ) -> PyResult<HitLists> {
+        let SceneHitLists { lists, instance } =
+            self.query(py, origins, directions, t_min, t_max, self.few(), |tracer, rays, control| {
+                Ok(tracer.all_of::<F>(rays, most, control)?)
+            })?;
+        Ok(HitLists::of(py, lists, instance))
+    }
+
+    /// Fewer rays than this are not supervised where each may meet every triangle.
+    fn few(&self) -> usize {
+        SUPERVISED.min(SUPERVISED_TESTS / self.core().stats().triangles.max(1))
+    }
+
+    /// Check the rays and hand them to `work` with the scene, supervised unless there are `few`.
+    #[expect(clippy::too_many_arguments, reason = "four of them are the rays")]
     fn query<'py, T: Send>(
         &self,
         py: Python<'py>,
@@ -183,13 +242,14 @@ impl Scene {
         directions: &Bound<'py, PyAny>,
         t_min: &Limit<'py>,
         t_max: &Limit<'py>,
+        few: usize,
         work: impl FnOnce(&SceneTracer, &RayBatch, &Control) -> Result<T, Error> + Send,
     ) -> PyResult<T> {
         let (core, pool) = (self.core(), self.pool.as_ref());
         with_rays(origins, directions, t_min, t_max, |batch| {
             with_models(py, &self.trees, |models| {
                 let work = |control: &Control| work(&SceneTracer { scene: &core, models }, batch, control);
-                if batch.len() < SUPERVISED { run(py, pool, work) } else { supervise(py, pool, None, work) }
+                if batch.len() < few { run(py, pool, work) } else { supervise(py, pool, None, work) }
             })
         })
     }
@@ -239,9 +299,6 @@ fn common_precision(trees: &[Py<Tree>]) -> PyResult<Precision> {
     let precision = |tree: &Py<Tree>| tree.get().core.precision();
     let first = trees.first().map(precision).unwrap_or_default();
     match trees.iter().position(|tree| precision(tree) != first) {
-        None if first == Precision::Exact => {
-            Err(PyValueError::new_err("trees: row 0 has precision \"exact\"; a scene has \"watertight\" or \"fast\""))
-        }
         None => Ok(first),
         Some(row) => {
             let (first, other) = (first.name(), precision(&trees[row]).name());

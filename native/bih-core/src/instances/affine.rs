@@ -3,7 +3,7 @@
 use std::array::from_fn;
 
 use crate::geometry::{Bounds, Corners, Vector};
-use crate::intersect::{EPSILON, image_has_no_area, rounded_sum};
+use crate::intersect::{EPSILON, Image, rounded_sum};
 
 /// Products between this and its inverse, of numbers that are not zero, have a rounding error that is a double.
 const LEAST: f64 = 1e-270;
@@ -56,7 +56,13 @@ impl Affine {
 
     /// Whether the image of a triangle, all finite and not rounded, lies on a line.
     pub(super) fn has_no_area(&self, corners: &Corners) -> bool {
-        image_has_no_area(&self.linear, &self.shift, &self.corners(corners), corners)
+        self.real(corners).has_no_area()
+    }
+
+    /// The image of a triangle, not rounded.
+    #[inline(always)]
+    pub(super) fn real(&self, corners: &Corners) -> Image {
+        Image { linear: self.linear, shift: self.shift, corners: *corners, rounded: self.corners(corners) }
     }
 
     /// A box that holds the images of all points of a finite box, however they are rounded.

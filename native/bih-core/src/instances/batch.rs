@@ -2,16 +2,17 @@
 
 use rayon::prelude::*;
 
-use super::queries::{Any, Nearest, SceneHit};
-use super::scene::{Model, Scene};
-use super::walk::{Stacks, search};
+use super::queries::SceneHit;
+use super::tracer::SceneTracer;
 use crate::control::{Cancelled, Control};
 use crate::geometry::Ray;
-use crate::simd::{FloatEnvironment, Kernel, Lanes, dispatch};
-use crate::traverse::{Counts, Float, Hits, RayBatch, Uncounted};
+use crate::simd::FloatEnvironment;
+use crate::traverse::{Counts, Float, HitLists, Hits, RayBatch, Stack};
 
 /// Rays that a thread takes at a time: who asks to stop is heard before the next ones.
 const CHUNK: usize = 256;
+/// The same where each may meet every triangle.
+const FEW: usize = 16;
 
 /// The nearest hits of many rays, and the instances that they are in.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,121 +23,40 @@ pub struct SceneHits<F> {
     pub instance: Vec<i32>,
 }
 
-/// A scene and the models that it was made of.
-#[derive(Debug, Clone, Copy)]
-pub struct SceneTracer<'a> {
-    /// The scene.
-    pub scene: &'a Scene,
-    /// Those that it was made of.
-    pub models: &'a [Model<'a>],
-}
-
-impl SceneTracer<'_> {
-    /// The nearest hit of each ray; none for a miss and for an invalid ray.
-    pub fn closest(&self, rays: &[Ray], stacks: &mut Stacks, hits: &mut [Option<SceneHit>]) {
-        assert_eq!(rays.len(), hits.len());
-        hits.fill(None);
-        dispatch(Closest { tracer: self, rays, stacks, hits });
-    }
-
-    /// Whether each ray hits anything; an invalid ray does not.
-    pub fn occluded(&self, rays: &[Ray], stacks: &mut Stacks, hidden: &mut [bool]) {
-        assert_eq!(rays.len(), hidden.len());
-        hidden.fill(false);
-        dispatch(Occluded { tracer: self, rays, stacks, hidden });
-    }
-
-    /// What the nearest hit of each ray costs; nothing for an invalid ray. Nodes are those of all trees.
-    pub fn cost(&self, rays: &[Ray], stacks: &mut Stacks, counts: &mut [Counts]) {
-        assert_eq!(rays.len(), counts.len());
-        counts.fill(Counts::default());
-        dispatch(Cost { tracer: self, rays, stacks, counts });
-    }
-}
-
-struct Closest<'a> {
-    tracer: &'a SceneTracer<'a>,
-    rays: &'a [Ray],
-    stacks: &'a mut Stacks,
-    hits: &'a mut [Option<SceneHit>],
-}
-
-impl Kernel for Closest<'_> {
-    type Output = ();
-    #[inline(always)]
-    fn run<L: Lanes>(self) {
-        let SceneTracer { scene, models } = self.tracer;
-        for (ray, hit) in self.rays.iter().zip(self.hits).filter(|(ray, _)| ray.is_valid()) {
-            *hit = search::<L, Nearest, _>(scene, models, ray, self.stacks, &mut [Uncounted; 2]);
-        }
-    }
-}
-
-struct Occluded<'a> {
-    tracer: &'a SceneTracer<'a>,
-    rays: &'a [Ray],
-    stacks: &'a mut Stacks,
-    hidden: &'a mut [bool],
-}
-
-impl Kernel for Occluded<'_> {
-    type Output = ();
-    #[inline(always)]
-    fn run<L: Lanes>(self) {
-        let SceneTracer { scene, models } = self.tracer;
-        for (ray, is_hidden) in self.rays.iter().zip(self.hidden).filter(|(ray, _)| ray.is_valid()) {
-            *is_hidden = search::<L, Any, _>(scene, models, ray, self.stacks, &mut [Uncounted; 2]);
-        }
-    }
-}
-
-struct Cost<'a> {
-    tracer: &'a SceneTracer<'a>,
-    rays: &'a [Ray],
-    stacks: &'a mut Stacks,
-    counts: &'a mut [Counts],
-}
-
-impl Kernel for Cost<'_> {
-    type Output = ();
-    #[inline(always)]
-    fn run<L: Lanes>(self) {
-        let SceneTracer { scene, models } = self.tracer;
-        for (ray, counts) in self.rays.iter().zip(self.counts).filter(|(ray, _)| ray.is_valid()) {
-            let mut both = [Counts::default(); 2];
-            search::<L, Nearest, _>(scene, models, ray, self.stacks, &mut both);
-            let [upper, lower] = both;
-            // The upper tree's leaves hold instances.
-            *counts = Counts { nodes: upper.nodes + lower.nodes, triangles: lower.triangles };
-        }
-    }
+/// All hits of many rays, and the instances that they are in.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SceneHitLists<F> {
+    /// Where, and which triangles of the models.
+    pub lists: HitLists<F>,
+    /// Rows of the instances.
+    pub instance: Vec<i32>,
 }
 
 /// What a thread keeps from one chunk of rays to the next.
 struct Worker {
     _standard: FloatEnvironment,
     rays: Vec<Ray>,
-    stacks: Stacks,
+    stack: Stack,
 }
 
 impl Default for Worker {
     fn default() -> Self {
-        Self { _standard: FloatEnvironment::standard(), rays: Vec::with_capacity(CHUNK), stacks: Stacks::default() }
+        Self { _standard: FloatEnvironment::standard(), rays: Vec::with_capacity(CHUNK), stack: Stack::default() }
     }
 }
 
 impl Worker {
-    fn take(&mut self, batch: &RayBatch, chunk: usize, count: usize) {
+    fn take(&mut self, batch: &RayBatch, first: usize, count: usize) {
         self.rays.clear();
-        self.rays.extend((chunk * CHUNK..chunk * CHUNK + count).map(|row| batch.ray(row)));
+        self.rays.extend((first..first + count).map(|row| batch.ray(row)));
     }
 }
 
 impl SceneTracer<'_> {
     /// The nearest hit of each ray of a batch; a miss where there is none and for an invalid ray.
     pub fn closest_of<F: Float>(&self, batch: &RayBatch, control: &Control) -> Result<SceneHits<F>, Cancelled> {
-        let hits = self.each(batch, control, |worker, hits: &mut [Option<SceneHit>]| {
-            self.closest(&worker.rays, &mut worker.stacks, hits);
+        let hits = each(CHUNK, batch, control, |worker, hits: &mut [Option<SceneHit>]| {
+            self.closest(&worker.rays, &mut worker.stack, hits);
         })?;
         let of = |value: fn(&SceneHit) -> f64, miss: F| -> Vec<F> {
             hits.iter().map(|hit| hit.as_ref().map_or(miss, |hit| F::narrowed(value(hit)))).collect()
@@ -156,28 +76,66 @@ impl SceneTracer<'_> {
 
     /// Whether each ray of a batch hits anything; an invalid ray does not.
     pub fn occluded_of(&self, batch: &RayBatch, control: &Control) -> Result<Vec<bool>, Cancelled> {
-        self.each(batch, control, |worker, hidden| self.occluded(&worker.rays, &mut worker.stacks, hidden))
+        each(CHUNK, batch, control, |worker, hidden| self.occluded(&worker.rays, &mut worker.stack, hidden))
+    }
+
+    /// All hits of each ray of a batch, of each the nearest `most`; none for an invalid ray.
+    pub fn all_of<F: Float>(
+        &self,
+        batch: &RayBatch,
+        most: usize,
+        control: &Control,
+    ) -> Result<SceneHitLists<F>, Cancelled> {
+        let lists: Vec<Vec<SceneHit>> = each(FEW, batch, control, |worker, lists: &mut [Vec<SceneHit>]| {
+            for (ray, hits) in worker.rays.iter().zip(lists) {
+                self.all(&[*ray], most, &mut worker.stack, hits, &mut Vec::with_capacity(1));
+            }
+        })?;
+        let hits = || lists.iter().flatten();
+        let numbers = |value: fn(&SceneHit) -> f64| hits().map(|hit| F::narrowed(value(hit))).collect();
+        let mut offsets = Vec::with_capacity(lists.len() + 1);
+        offsets.push(0);
+        offsets.extend(lists.iter().scan(0, |end, hits| {
+            *end += hits.len() as i64;
+            Some(*end)
+        }));
+        Ok(SceneHitLists {
+            lists: HitLists {
+                offsets,
+                t: numbers(|hit| hit.hit.t),
+                triangle: hits().map(|hit| hit.hit.triangle as i32).collect(),
+                u: numbers(|hit| hit.hit.u),
+                v: numbers(|hit| hit.hit.v),
+            },
+            instance: hits().map(|hit| hit.instance as i32).collect(),
+        })
+    }
+
+    /// How many images of triangles each ray of a batch crosses; none for an invalid ray.
+    pub fn count_of(&self, batch: &RayBatch, control: &Control) -> Result<Vec<i32>, Cancelled> {
+        each(FEW, batch, control, |worker, counts| self.count(&worker.rays, &mut worker.stack, counts))
     }
 
     /// What the nearest hit of each ray of a batch costs; nothing for an invalid ray.
     pub fn cost_of(&self, batch: &RayBatch, control: &Control) -> Result<Vec<Counts>, Cancelled> {
-        self.each(batch, control, |worker, counts| self.cost(&worker.rays, &mut worker.stacks, counts))
+        each(CHUNK, batch, control, |worker, counts| self.cost(&worker.rays, &mut worker.stack, counts))
     }
+}
 
-    fn each<A: Clone + Default + Send>(
-        &self,
-        batch: &RayBatch,
-        control: &Control,
-        work: impl Fn(&mut Worker, &mut [A]) + Sync,
-    ) -> Result<Vec<A>, Cancelled> {
-        let mut answers = vec![A::default(); batch.len()];
-        control.start(answers.len());
-        answers.par_chunks_mut(CHUNK).enumerate().try_for_each_init(Worker::default, |worker, (chunk, answers)| {
-            control.advance(answers.len())?;
-            worker.take(batch, chunk, answers.len());
-            work(worker, answers);
-            Ok(())
-        })?;
-        Ok(answers)
-    }
+/// Answers for all rays, of which a thread takes so many at a time.
+fn each<A: Clone + Default + Send>(
+    size: usize,
+    batch: &RayBatch,
+    control: &Control,
+    work: impl Fn(&mut Worker, &mut [A]) + Sync,
+) -> Result<Vec<A>, Cancelled> {
+    let mut answers = vec![A::default(); batch.len()];
+    control.start(answers.len());
+    answers.par_chunks_mut(size).enumerate().try_for_each_init(Worker::default, |worker, (chunk, answers)| {
+        control.advance(answers.len())?;
+        worker.take(batch, chunk * size, answers.len());
+        work(worker, answers);
+        Ok(())
+    })?;
+    Ok(answers)
 }

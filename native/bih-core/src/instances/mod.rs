@@ -7,12 +7,15 @@ mod affine;
 mod batch;
 mod boxes;
 mod inverse;
+mod lists;
 mod queries;
 mod scene;
+mod shape;
+mod tracer;
 mod walk;
 
 pub use affine::Affine;
-pub use batch::{SceneHits, SceneTracer};
+pub use batch::{SceneHitLists, SceneHits};
 pub use queries::SceneHit;
 pub use scene::{Model, Scene};
-pub use walk::Stacks;
+pub use tracer::SceneTracer;

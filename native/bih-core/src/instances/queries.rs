@@ -1,44 +1,39 @@
 //! What is asked of a ray on its way from instance to instance.
 
 use std::cmp::Ordering;
+use std::marker::PhantomData;
 
 use super::affine::Affine;
 use super::scene::Instance;
+use super::shape::Shape;
 use crate::geometry::{Bounds, Corners, Ray};
 use crate::intersect::{Distance, RayTest};
-use crate::traverse::{Hit, Visitor, distance_within, hit_at};
+use crate::traverse::{Hit, Visitor};
 
 /// A question about one ray. Between two calls of `enter` the triangles are those of one instance.
 pub(super) trait Query: Visitor {
-    /// The answer.
-    type Answer;
-
-    fn new(ray: &Ray) -> Self;
-
     /// What follows are triangles of this instance.
     fn enter(&mut self, row: u32, instance: &Instance);
-
-    fn answer(&self) -> Self::Answer;
 }
 
 /// The triangles of an instance as its ray meets them.
 #[derive(Debug, Clone, Copy)]
-struct Place {
-    row: u32,
-    place: Affine,
-    test: RayTest,
+pub(super) struct Place {
+    pub row: u32,
+    pub place: Affine,
+    pub test: RayTest,
 }
 
 impl Place {
     /// Before the first instance.
-    fn none(ray: &Ray) -> Self {
+    pub fn none<S: Shape>(ray: &Ray) -> Self {
         let place = Affine { linear: [[0.0; 3]; 3], shift: [0.0; 3] };
-        Self { row: 0, place, test: RayTest::new(ray, &Bounds::EMPTY) }
+        Self { row: 0, place, test: S::test(ray, &Bounds::EMPTY) }
     }
 
     #[inline(always)]
-    fn enter(&mut self, row: u32, instance: &Instance, ray: &Ray) {
-        *self = Self { row, place: instance.place, test: RayTest::new(ray, &instance.bounds) };
+    pub fn new<S: Shape>(row: u32, instance: &Instance, ray: &Ray) -> Self {
+        Self { row, place: instance.place, test: S::test(ray, &instance.bounds) }
     }
 }
 
@@ -51,37 +46,50 @@ pub struct SceneHit {
     pub instance: u32,
 }
 
-/// The nearest image so far.
+/// An image that is met.
 #[derive(Debug, Clone, Copy)]
-struct Best {
-    instance: u32,
-    row: u32,
-    corners: Corners,
-    distance: Distance,
-    test: RayTest,
+pub(super) struct Met<S> {
+    pub instance: u32,
+    pub row: u32,
+    pub shape: S,
+    pub distance: Distance,
 }
 
-/// The nearest hit; of equal distances that of the lower instance, and there the lower row.
-pub(super) struct Nearest {
+impl<S: Shape> Met<S> {
+    /// Of the instance and of the triangle.
+    #[inline(always)]
+    pub fn rows(&self) -> (u32, u32) {
+        (self.instance, self.row)
+    }
+
+    /// The nearer one first; of equal distances that of the lower instance, and there the lower row.
+    #[inline(always)]
+    pub fn order(&self, other: &Self, test: &RayTest) -> Ordering {
+        let order = self.shape.compare(&self.distance, &other.shape, &other.distance, test);
+        order.then(self.rows().cmp(&other.rows()))
+    }
+
+    pub fn hit(&self, test: &RayTest) -> SceneHit {
+        SceneHit { hit: self.shape.hit(self.row, &self.distance, test), instance: self.instance }
+    }
+}
+
+/// The nearest hit.
+pub(super) struct Nearest<S> {
     ray: Ray,
     place: Place,
-    best: Option<Best>,
+    best: Option<Met<S>>,
 }
 
-impl Visitor for Nearest {
+impl<S: Shape> Visitor for Nearest<S> {
     #[inline(always)]
     fn visit(&mut self, row: u32, corners: &Corners) -> bool {
         let Place { row: instance, place, test } = &self.place;
-        let corners = place.corners(corners);
-        if let Some(distance) = distance_within(&self.ray, test, &corners) {
-            let order = match &self.best {
-                Some(best) => distance
-                    .compare(&corners, &best.distance, &best.corners, test)
-                    .then((*instance, row).cmp(&(best.instance, best.row))),
-                None => Ordering::Less,
-            };
-            if order == Ordering::Less {
-                self.best = Some(Best { instance: *instance, row, corners, distance, test: *test });
+        let shape = S::of(place, corners);
+        if let Some(distance) = shape.distance_within(&self.ray, test) {
+            let met = Met { instance: *instance, row, shape, distance };
+            if self.best.as_ref().is_none_or(|best| met.order(best, test) == Ordering::Less) {
+                self.best = Some(met);
             }
         }
         false
@@ -93,37 +101,37 @@ impl Visitor for Nearest {
     }
 }
 
-impl Query for Nearest {
-    type Answer = Option<SceneHit>;
-
-    #[inline(always)]
-    fn new(ray: &Ray) -> Self {
-        Self { ray: *ray, place: Place::none(ray), best: None }
-    }
-
+impl<S: Shape> Query for Nearest<S> {
     #[inline(always)]
     fn enter(&mut self, row: u32, instance: &Instance) {
-        self.place.enter(row, instance, &self.ray);
+        self.place = Place::new::<S>(row, instance, &self.ray);
+    }
+}
+
+impl<S: Shape> Nearest<S> {
+    #[inline(always)]
+    pub fn new(ray: &Ray) -> Self {
+        Self { ray: *ray, place: Place::none::<S>(ray), best: None }
     }
 
-    fn answer(&self) -> Option<SceneHit> {
-        let Best { instance, row, corners, distance, test } = self.best.as_ref()?;
-        Some(SceneHit { hit: hit_at(test, *row, corners, distance), instance: *instance })
+    pub fn answer(&self) -> Option<SceneHit> {
+        self.best.as_ref().map(|best| best.hit(&self.place.test))
     }
 }
 
 /// Whether anything is hit.
-pub(super) struct Any {
+pub(super) struct Any<S> {
     ray: Ray,
     place: Place,
     found: bool,
+    shape: PhantomData<S>,
 }
 
-impl Visitor for Any {
+impl<S: Shape> Visitor for Any<S> {
     #[inline(always)]
     fn visit(&mut self, _: u32, corners: &Corners) -> bool {
         let Place { place, test, .. } = &self.place;
-        self.found = distance_within(&self.ray, test, &place.corners(corners)).is_some();
+        self.found = S::of(place, corners).distance_within(&self.ray, test).is_some();
         self.found
     }
 
@@ -133,20 +141,20 @@ impl Visitor for Any {
     }
 }
 
-impl Query for Any {
-    type Answer = bool;
-
-    #[inline(always)]
-    fn new(ray: &Ray) -> Self {
-        Self { ray: *ray, place: Place::none(ray), found: false }
-    }
-
+impl<S: Shape> Query for Any<S> {
     #[inline(always)]
     fn enter(&mut self, row: u32, instance: &Instance) {
-        self.place.enter(row, instance, &self.ray);
+        self.place = Place::new::<S>(row, instance, &self.ray);
+    }
+}
+
+impl<S: Shape> Any<S> {
+    #[inline(always)]
+    pub fn new(ray: &Ray) -> Self {
+        Self { ray: *ray, place: Place::none::<S>(ray), found: false, shape: PhantomData }
     }
 
-    fn answer(&self) -> bool {
+    pub fn answer(&self) -> bool {
         self.found
     }
 }

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use super::affine::Affine;
 use super::boxes::{Box, NOTHING, nodes_over, tree_over};
 use super::inverse::Inverse;
+use crate::build::Precision;
 use crate::control::Control;
 use crate::error::Error;
 use crate::geometry::{Bounds, Corners, Triangles, round_down, round_up};
@@ -29,6 +30,7 @@ pub struct Scene {
     /// Trees over the images of the triangles of single instances.
     pub(super) flat: Vec<Tree>,
     pub(super) upper: Tree,
+    pub(super) precision: Precision,
     stats: Stats,
 }
 
@@ -56,7 +58,7 @@ pub(super) enum Way {
 
 impl Scene {
     /// Put models to their places: `rows` say which, as many as there are matrices from object to world. All numbers are
-    /// finite, and all rows are those of models.
+    /// finite, all rows are those of models, and all models have one precision.
     pub fn new(models: &[Model], rows: &[u32], matrices: &[[[f64; 4]; 4]], control: &Control) -> Result<Self, Error> {
         assert_eq!(rows.len(), matrices.len());
         if rows.len() > Triangles::LIMIT {
@@ -84,7 +86,8 @@ impl Scene {
             instances.push(instance);
         }
         let upper = tree_over(instances.iter().map(Instance::extent), control)?;
-        let mut scene = Self { instances, flat, upper, stats: Stats::default() };
+        let precision = models.first().map(|model| model.tree.precision()).unwrap_or_default();
+        let mut scene = Self { instances, flat, upper, precision, stats: Stats::default() };
         scene.stats = scene.counted(models, start.elapsed().as_secs_f64());
         Ok(scene)
     }

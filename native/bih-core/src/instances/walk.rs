@@ -8,30 +8,24 @@ use crate::geometry::{Corners, Ray, Triangles, Vertices};
 use crate::simd::Lanes;
 use crate::traverse::{Aim, Counter, Stack, Visitor, every_near};
 
-/// What a ray has put off: among the instances, and within one.
-#[derive(Debug, Default)]
-pub struct Stacks {
-    upper: Stack,
-    lower: Stack,
-}
-
-/// The answer for one valid ray.
+/// Ask the instances that a valid ray comes near to, of which those behind the query's limit do not matter.
 #[inline(always)]
-pub(super) fn search<L: Lanes, Q: Query, C: Counter + Default>(
+pub(super) fn search<L: Lanes, Q: Query, C: Counter>(
     scene: &Scene,
     models: &[Model],
     ray: &Ray,
-    stacks: &mut Stacks,
-    counters: &mut [C; 2],
-) -> Q::Answer {
-    let [upper, lower] = counters;
-    let Stacks { upper: waiting, lower: stack } = stacks;
-    let query = Q::new(ray);
-    let mut visitor = Instances::<L, Q, C> { scene, models, ray, query, stack, counter: lower, lanes: PhantomData };
+    query: &mut Q,
+    stack: &mut Stack,
+    [upper, lower]: &mut [C; 2],
+) {
+    // The walk through an instance begins while that among them goes on.
+    let mut inner = stack.take_inner();
+    let mut visitor =
+        Instances::<L, Q, C> { scene, models, ray, query, stack: &mut inner, counter: lower, lanes: PhantomData };
     // Where the boxes are is known to the tree.
     let boxes = Triangles::unchecked(Vertices::F32(&[]), None);
-    every_near::<L, _, C>(&scene.upper, &boxes, &Aim::exact(ray), waiting, &mut visitor, upper);
-    visitor.query.answer()
+    every_near::<L, _, C>(&scene.upper, &boxes, &Aim::exact(ray), stack, &mut visitor, upper);
+    stack.give_inner(inner);
 }
 
 /// Visits instances instead of triangles.
@@ -39,7 +33,7 @@ struct Instances<'a, L, Q, C> {
     scene: &'a Scene,
     models: &'a [Model<'a>],
     ray: &'a Ray,
-    query: Q,
+    query: &'a mut Q,
     stack: &'a mut Stack,
     counter: &'a mut C,
     lanes: PhantomData<L>,
@@ -58,7 +52,7 @@ impl<L: Lanes, Q: Query, C: Counter> Visitor for Instances<'_, L, Q, C> {
             Way::Empty => return false,
         };
         self.query.enter(row, instance);
-        every_near::<L, _, C>(tree, triangles, &aim, self.stack, &mut self.query, self.counter)
+        every_near::<L, _, C>(tree, triangles, &aim, self.stack, self.query, self.counter)
     }
 
     #[inline(always)]

@@ -4,6 +4,7 @@ use std::array::from_fn;
 use std::cmp::Ordering;
 
 use super::exact;
+use super::real::Real;
 use super::watertight::UNDERFLOW;
 use super::{EPSILON, RayTest};
 use crate::geometry::{Corners, Vector, subtract};
@@ -41,7 +42,7 @@ pub(super) fn triple_product(a: &Vector, b: &Vector, c: &Vector) -> Approximatio
 
 /// A quotient of two approximations; the error is infinite where the denominator could be zero.
 #[inline(always)]
-fn quotient(above: Approximation, below: Approximation) -> Approximation {
+pub(super) fn quotient(above: Approximation, below: Approximation) -> Approximation {
     let value = above.value / below.value;
     let margin = below.value.abs() - below.error;
     if !(margin > below.error && value.is_finite()) {
@@ -55,7 +56,7 @@ fn quotient(above: Approximation, below: Approximation) -> Approximation {
 
 /// The corner a relative to the origin, and the edges b − a and c − a.
 #[inline(always)]
-fn relative(test: &RayTest, corners: &Corners) -> [Vector; 3] {
+pub(super) fn relative(test: &RayTest, corners: &Corners) -> [Vector; 3] {
     let [a, b, c] = corners;
     [subtract(a, &test.origin), subtract(b, a), subtract(c, a)]
 }
@@ -94,7 +95,7 @@ impl Distance {
 
     /// The order of the true value and `x`; exact.
     #[inline]
-    pub fn compare_with(&self, x: f64, test: &RayTest, corners: &Corners) -> Ordering {
+    pub fn compare_with<T: Real>(&self, x: f64, test: &RayTest, corners: &T) -> Ordering {
         if self.upper() < x {
             Ordering::Less
         } else if self.lower() > x {
@@ -106,16 +107,16 @@ impl Distance {
 
     /// The order of two true values; exact.
     #[inline]
-    pub fn compare(&self, corners: &Corners, other: &Self, other_corners: &Corners, test: &RayTest) -> Ordering {
+    pub fn compare<T: Real + PartialEq>(&self, corners: &T, other: &Self, others: &T, test: &RayTest) -> Ordering {
         if self.upper() < other.lower() {
             Ordering::Less
         } else if self.lower() > other.upper() {
             Ordering::Greater
-        } else if corners == other_corners {
+        } else if corners == others {
             // Meshes do hold the same triangle many times.
             Ordering::Equal
         } else {
-            exact::compare_distances(corners, other_corners, &test.origin, &test.direction)
+            exact::compare_distances(corners, others, &test.origin, &test.direction)
         }
     }
 

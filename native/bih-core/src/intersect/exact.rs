@@ -8,8 +8,9 @@ use std::cmp::Ordering;
 use num_bigint::{BigInt, BigUint, Sign};
 
 use super::fixed::{parts, scale};
+use super::real::Real;
 use super::whole::Question;
-use crate::geometry::{Corners, Vector};
+use crate::geometry::Vector;
 
 /// mantissa · 2^exponent
 #[derive(Debug, Clone)]
@@ -18,7 +19,7 @@ pub struct Dyadic {
     exponent: i64,
 }
 
-pub(super) type Point = [Dyadic; 3];
+pub type Point = [Dyadic; 3];
 
 impl Dyadic {
     pub fn new(x: f64) -> Self {
@@ -79,6 +80,12 @@ fn point(v: &Vector) -> Point {
     v.map(Dyadic::new)
 }
 
+/// a · p + b
+pub(super) fn sum_of_products(a: &Vector, p: &Vector, b: f64) -> Dyadic {
+    let term = |i: usize| Dyadic::new(a[i]).times(&Dyadic::new(p[i]));
+    term(0).plus(&term(1)).plus(&term(2)).plus(&Dyadic::new(b))
+}
+
 fn difference(a: &Point, b: &Point) -> Point {
     std::array::from_fn(|i| a[i].minus(&b[i]))
 }
@@ -96,16 +103,16 @@ fn dot(a: &Point, b: &Point) -> Dyadic {
 
 /// Edge values of a triangle seen from a ray: each is the signed volume of the ray's direction and one edge, opposite
 /// to the vertex of the same number.
-pub(super) fn edges(corners: &Corners, origin: &Vector, direction: &Vector) -> [Dyadic; 3] {
+pub(super) fn edges<T: Real>(corners: &T, origin: &Vector, direction: &Vector) -> [Dyadic; 3] {
     let origin = point(origin);
     let direction = point(direction);
-    let [a, b, c] = corners.map(|corner| difference(&point(&corner), &origin));
+    let [a, b, c] = corners.points().map(|corner| difference(&corner, &origin));
     [dot(&direction, &cross(&b, &c)), dot(&direction, &cross(&c, &a)), dot(&direction, &cross(&a, &b))]
 }
 
 /// Whether the line of the ray meets the closed triangle: all edge values of one sign or zero, and not all zero. Some of
 /// the signs may be known.
-pub fn is_inside(corners: &Corners, origin: &Vector, direction: &Vector, known: [Option<Ordering>; 3]) -> bool {
+pub fn is_inside<T: Real>(corners: &T, origin: &Vector, direction: &Vector, known: [Option<Ordering>; 3]) -> bool {
     Question::new(origin, direction, &[corners]).is_inside(corners, known).unwrap_or_else(|| {
         let signs = edges(corners, origin, direction).map(|edge| edge.sign());
         signs.contains(&Ordering::Less) != signs.contains(&Ordering::Greater)
@@ -113,7 +120,7 @@ pub fn is_inside(corners: &Corners, origin: &Vector, direction: &Vector, known: 
 }
 
 /// The order of the distances of two triangles that the ray is not parallel to.
-pub fn compare_distances(first: &Corners, second: &Corners, origin: &Vector, direction: &Vector) -> Ordering {
+pub fn compare_distances<T: Real>(first: &T, second: &T, origin: &Vector, direction: &Vector) -> Ordering {
     Question::new(origin, direction, &[first, second]).compare(first, second).unwrap_or_else(|| {
         let [first, second] = [first, second].map(|corners| Fraction::distance(corners, origin, direction));
         first.compare(&second)
@@ -121,7 +128,7 @@ pub fn compare_distances(first: &Corners, second: &Corners, origin: &Vector, dir
 }
 
 /// The order of such a distance and a double; infinities compare as they should.
-pub fn compare_distance_with(corners: &Corners, origin: &Vector, direction: &Vector, x: f64) -> Ordering {
+pub fn compare_distance_with<T: Real>(corners: &T, origin: &Vector, direction: &Vector, x: f64) -> Ordering {
     if x.is_infinite() {
         return if x > 0.0 { Ordering::Less } else { Ordering::Greater };
     }
@@ -131,14 +138,14 @@ pub fn compare_distance_with(corners: &Corners, origin: &Vector, direction: &Vec
 }
 
 /// Such a distance, off by hardly more than half a unit in the last place; the largest finite number for all beyond it.
-pub fn distance(corners: &Corners, origin: &Vector, direction: &Vector) -> f64 {
+pub fn distance<T: Real>(corners: &T, origin: &Vector, direction: &Vector) -> f64 {
     Question::new(origin, direction, &[corners])
         .distance(corners)
         .unwrap_or_else(|| Fraction::distance(corners, origin, direction).to_f64())
 }
 
 /// Barycentric weights of the second and third vertex where the ray meets the triangle, as near to the truth.
-pub fn weights(corners: &Corners, origin: &Vector, direction: &Vector) -> [f64; 2] {
+pub fn weights<T: Real>(corners: &T, origin: &Vector, direction: &Vector) -> [f64; 2] {
     Question::new(origin, direction, &[corners])
         .weights(corners)
         .unwrap_or_else(|| Fraction::weights(corners, origin, direction).map(|weight| weight.to_f64()))
@@ -146,8 +153,8 @@ pub fn weights(corners: &Corners, origin: &Vector, direction: &Vector) -> [f64; 
 
 /// Whether the line of the ray crosses the triangle once the origin is moved by (ε, ε², ε³), whatever small number ε is:
 /// edge values of one sign, where the sign of one that is zero is that of the first component of d × edge that is not.
-pub fn is_crossed(corners: &Corners, origin: &Vector, direction: &Vector) -> bool {
-    let [a, b, c] = corners.map(|corner| point(&corner));
+pub fn is_crossed<T: Real>(corners: &T, origin: &Vector, direction: &Vector) -> bool {
+    let [a, b, c] = corners.points();
     let ends = [(&b, &c), (&c, &a), (&a, &b)];
     let edges = edges(corners, origin, direction);
     let direction = point(direction);
@@ -171,13 +178,9 @@ pub fn side(a: &[f64; 2], b: &[f64; 2], p: &[f64; 2]) -> Ordering {
 }
 
 /// Whether the three corners lie on a line.
-pub fn is_degenerate(corners: &Corners) -> bool {
-    are_on_a_line(&corners.map(|corner| point(&corner)))
-}
-
-/// Whether three points lie on a line.
-pub(super) fn are_on_a_line([a, b, c]: &[Point; 3]) -> bool {
-    cross(&difference(b, a), &difference(c, a)).iter().all(|x| x.sign() == Ordering::Equal)
+pub fn is_degenerate<T: Real>(corners: &T) -> bool {
+    let [a, b, c] = corners.points();
+    cross(&difference(&b, &a), &difference(&c, &a)).iter().all(|x| x.sign() == Ordering::Equal)
 }
 
 /// A quotient of two dyadic numbers with a positive divisor.
@@ -198,14 +201,14 @@ impl Fraction {
     }
 
     /// Where the ray meets the plane of a triangle that it is not parallel to.
-    pub fn distance(corners: &Corners, origin: &Vector, direction: &Vector) -> Self {
-        let [a, b, c] = corners.map(|corner| point(&corner));
+    pub fn distance<T: Real>(corners: &T, origin: &Vector, direction: &Vector) -> Self {
+        let [a, b, c] = corners.points();
         let normal = cross(&difference(&b, &a), &difference(&c, &a));
         Self::new(dot(&normal, &difference(&a, &point(origin))), dot(&normal, &point(direction)))
     }
 
     /// Barycentric weights of the second and third vertex where the ray meets the triangle.
-    pub fn weights(corners: &Corners, origin: &Vector, direction: &Vector) -> [Self; 2] {
+    pub fn weights<T: Real>(corners: &T, origin: &Vector, direction: &Vector) -> [Self; 2] {
         let [e0, e1, e2] = edges(corners, origin, direction);
         let sum = e0.plus(&e1).plus(&e2);
         [Self::new(e1, sum.clone()), Self::new(e2, sum)]

@@ -6,7 +6,7 @@ use super::double_double::{Pair, quotient};
 
 /// A whole number of 64 `N` bits.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Int<const N: usize>([u64; N]);
+pub struct Int<const N: usize>([u64; N]);
 
 impl<const N: usize> Int<N> {
     /// x / 2^exponent, which must be a whole number that has room.
@@ -19,6 +19,26 @@ impl<const N: usize> Int<N> {
             Self::of(mantissa).shifted(own.abs_diff(exponent))
         };
         if x < 0.0 { number.negative() } else { number }
+    }
+
+    /// a · b / 2^exponent, which must be a whole number that has room.
+    pub fn product(a: f64, b: f64, exponent: i32) -> Self {
+        let [(first, up), (second, further)] = [a, b].map(|x| {
+            let (mantissa, exponent) = parts(x);
+            // Without the zeros at the end what is left need be shifted one way only.
+            let zeros = mantissa.trailing_zeros() % 64;
+            (u128::from(mantissa >> zeros), exponent + zeros as i32)
+        });
+        let product = first * second;
+        if product == 0 {
+            return Self::of(0);
+        }
+        let mut digits = [0; N];
+        for (digit, part) in digits.iter_mut().zip([product as u64, (product >> 64) as u64]) {
+            *digit = part;
+        }
+        let number = Self(digits).shifted((up + further).abs_diff(exponent));
+        if a.is_sign_negative() == b.is_sign_negative() { number } else { number.negative() }
     }
 
     /// A number without a sign.
@@ -221,6 +241,25 @@ mod tests {
             let number = Int::<2>::scaled(x, exponent);
             assert_eq!(number.over(&Int::of(1), exponent), x, "{x}");
         }
+    }
+
+    #[test]
+    fn products_are_whole_once_they_are_scaled() {
+        for (a, b, exponent) in
+            [(0.0, 3.0, 0), (-1.5, 0.75, -3), (0.1, -0.1, -112), (5e-324, 5e-324, -2148), (3.0, 4.0, 2)]
+        {
+            let [scaled, other] = [a, b].map(|x| Int::<2>::scaled(x, -1074));
+            let expected: Int<4> = scaled.times(&other);
+            let shift = u32::try_from(exponent + 2148).unwrap();
+            if shift < 64 {
+                assert_eq!(Int::<4>::product(a, b, exponent).shifted(shift), expected, "{a} {b}");
+            }
+        }
+        assert_eq!(Int::<1>::product(-1.5, 0.75, -3), Int::of(9).negative());
+        assert_eq!(Int::<1>::product(3.0, 4.0, 2), Int::of(3));
+        assert_eq!(Int::<1>::product(0.0, -3.0, -5), Int::of(0));
+        let third: Int<2> = Int::<1>::scaled(0.1, -56).times(&Int::<1>::scaled(0.3, -56));
+        assert_eq!(Int::<2>::product(0.1, 0.3, -112), third);
     }
 
     #[test]

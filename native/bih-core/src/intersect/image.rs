@@ -1,51 +1,130 @@
-//! Images of points and triangles as the real numbers that they are.
+//! Images of triangles as the real numbers that they are: filters that know of their rounding, and then exactly.
 
-use super::EPSILON;
-use super::exact::{self, Dyadic};
+use super::distance::{Approximation, Distance, quotient, relative, triple_product};
+use super::exact;
+use super::real::Image;
 use super::watertight::{LARGEST, UNDERFLOW};
-use crate::geometry::{Corners, Vector, subtract};
+use super::{EPSILON, RayTest};
+use crate::geometry::{Bounds, Ray, Vector, subtract};
 
 /// a · p + b of finite numbers, rounded once; infinite beyond the largest double.
 #[cold]
 pub fn rounded_sum(a: &Vector, p: &Vector, b: f64) -> f64 {
     let is_finite = a.iter().chain(p).chain([&b]).all(|x| x.is_finite());
-    if is_finite { coordinate(a, p, b).to_f64() } else { f64::NAN }
+    if is_finite { exact::sum_of_products(a, p, b).to_f64() } else { f64::NAN }
 }
 
-fn coordinate(a: &Vector, p: &Vector, b: f64) -> Dyadic {
-    let term = |i: usize| Dyadic::new(a[i]).times(&Dyadic::new(p[i]));
-    term(0).plus(&term(1)).plus(&term(2)).plus(&Dyadic::new(b))
+/// What rounding takes from a coordinate of this size at most: half a unit in the last place.
+fn rounding(size: f64) -> f64 {
+    1.001 * EPSILON * size + f64::MIN_POSITIVE
 }
 
-/// Whether the images of three corners, not rounded, lie on a line; `rounded` are the images, rounded once.
-pub fn image_has_no_area(linear: &[Vector; 3], shift: &Vector, rounded: &Corners, corners: &Corners) -> bool {
-    let (a, b) = (subtract(&rounded[1], &rounded[0]), subtract(&rounded[2], &rounded[0]));
-    let largest = rounded.as_flattened().iter().fold(0.0, |largest: f64, x| largest.max(x.abs()));
-    // Each difference carries a rounding of its own and those of two images.
-    let off = 2.1 * EPSILON * largest + f64::MIN_POSITIVE;
-    let has_area = (0..3).any(|i| {
-        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-        let (p, q) = (a[j] * b[k], a[k] * b[j]);
-        let size = a[j].abs() + a[k].abs() + b[j].abs() + b[k].abs() + 2.0 * off;
-        (p - q).abs() > 5.0 * EPSILON * (p.abs() + q.abs()) + 1.1 * off * size + UNDERFLOW
-    });
-    if largest < LARGEST && has_area {
-        return false;
+impl RayTest {
+    /// For images within some bounds.
+    pub fn of_images(ray: &Ray, bounds: &Bounds) -> Self {
+        let size = |axis: usize| f64::from(bounds.lower[axis].abs().max(bounds.upper[axis].abs()));
+        Self::of_rounded(ray, bounds, &std::array::from_fn(|axis| rounding(size(axis))))
     }
-    let point = |corner: &Vector| std::array::from_fn(|axis| coordinate(&linear[axis], corner, shift[axis]));
-    exact::are_on_a_line(&corners.each_ref().map(point))
+}
+
+impl Image {
+    /// Whether it is made of finite numbers that double precision holds.
+    pub fn is_finite(&self) -> bool {
+        self.rounded.as_flattened().iter().chain(self.corners.as_flattened()).all(|x| x.is_finite())
+    }
+
+    /// What rounding took from a coordinate at most.
+    fn off(&self) -> f64 {
+        rounding(self.rounded.as_flattened().iter().fold(0.0, |largest: f64, x| largest.max(x.abs())))
+    }
+
+    /// Whether the line of the ray meets the closed image; exact. `test` is one of images.
+    #[inline(always)]
+    pub fn is_met(&self, test: &RayTest) -> bool {
+        test.is_clearly_inside(&self.rounded).unwrap_or_else(|| self.is_met_exactly(test))
+    }
+
+    #[cold]
+    fn is_met_exactly(&self, test: &RayTest) -> bool {
+        self.is_finite() && exact::is_inside(self, &test.origin, &test.direction, [None; 3])
+    }
+
+    /// Whether the line, moved by less than any number, crosses the image; exact.
+    #[inline(always)]
+    pub fn is_crossed(&self, test: &RayTest) -> bool {
+        test.is_clearly_inside(&self.rounded).unwrap_or_else(|| self.is_crossed_exactly(test))
+    }
+
+    #[cold]
+    fn is_crossed_exactly(&self, test: &RayTest) -> bool {
+        self.is_finite() && exact::is_crossed(self, &test.origin, &test.direction)
+    }
+
+    /// `t` of an image that the ray's line meets.
+    #[inline]
+    pub fn distance(&self, test: &RayTest) -> Distance {
+        let [to_corner, e1, e2] = relative(test, &self.rounded);
+        let off = self.off();
+        let above = moved(triple_product(&to_corner, &e1, &e2), [&to_corner, &e1, &e2], [off, 2.0 * off, 2.0 * off]);
+        let below =
+            moved(triple_product(&test.direction, &e1, &e2), [&test.direction, &e1, &e2], [0.0, 2.0 * off, 2.0 * off]);
+        let Approximation { value, error } = quotient(above, below);
+        if test.is_in_range() && error < f64::INFINITY {
+            return Distance { t: value, error };
+        }
+        let t = exact::distance(self, &test.origin, &test.direction);
+        Distance { t, error: 2.0 * EPSILON * t.abs() + f64::MIN_POSITIVE }
+    }
+
+    /// t, u and v where the ray's line meets the image, each off by hardly more than half a unit in the last place.
+    pub fn numbers(&self, test: &RayTest) -> [f64; 3] {
+        let (origin, direction) = (&test.origin, &test.direction);
+        let [u, v] = exact::weights(self, origin, direction);
+        [exact::distance(self, origin, direction), u, v]
+    }
+
+    /// Whether the corners, all finite, lie on a line.
+    pub fn has_no_area(&self) -> bool {
+        let [first, second, third] = &self.rounded;
+        let (a, b) = (subtract(second, first), subtract(third, first));
+        // Each difference carries a rounding of its own and those of two corners.
+        let off = 2.0 * self.off();
+        let has_area = (0..3).any(|i| {
+            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+            let (p, q) = (a[j] * b[k], a[k] * b[j]);
+            let size = a[j].abs() + a[k].abs() + b[j].abs() + b[k].abs() + 2.0 * off;
+            (p - q).abs() > 5.0 * EPSILON * (p.abs() + q.abs()) + 1.1 * off * size + UNDERFLOW
+        });
+        let is_in_range = self.rounded.as_flattened().iter().all(|x| x.abs() < LARGEST);
+        !(is_in_range && has_area) && exact::is_degenerate(self)
+    }
+}
+
+/// A triple product of vectors whose components are off by so much each.
+#[inline(always)]
+fn moved(product: Approximation, vectors: [&Vector; 3], off: [f64; 3]) -> Approximation {
+    let [a, b, c] = vectors.map(|v| 1.001 * v[0].abs().max(v[1].abs()).max(v[2].abs()));
+    let [da, db, dc] = off;
+    // Six products of three components.
+    let error = 6.0 * (da * (b + db) * (c + dc) + a * db * (c + dc) + a * b * dc);
+    Approximation { error: product.error + 1.001 * error, ..product }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Corners;
 
     const IDENTITY: [Vector; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
-    fn is_flat(linear: &[Vector; 3], corners: &Corners) -> bool {
+    fn image(linear: &[Vector; 3], corners: &Corners) -> Image {
         let shift = [1e6, 0.0, 0.1];
         let image = |p: &Vector| std::array::from_fn(|i| rounded_sum(&linear[i], p, shift[i]));
-        image_has_no_area(linear, &shift, &corners.each_ref().map(image), corners)
+        Image { linear: *linear, shift, corners: *corners, rounded: corners.each_ref().map(image) }
+    }
+
+    fn is_flat(linear: &[Vector; 3], corners: &Corners) -> bool {
+        image(linear, corners).has_no_area()
     }
 
     #[test]

@@ -9,14 +9,16 @@ mod fixed;
 mod image;
 mod moller_trumbore;
 mod parity;
+mod real;
 mod rounding;
 mod watertight;
 mod whole;
 
 pub use containment::{PointTest, Sight};
 pub use distance::{Distance, weights};
-pub use image::{image_has_no_area, rounded_sum};
+pub use image::rounded_sum;
 pub use moller_trumbore::{Meeting, SingleHit, SingleRay};
+pub use real::{Image, Real};
 pub use rounding::{rounded, rounded_quickly};
 pub use watertight::{RayTest, has_no_area};
 

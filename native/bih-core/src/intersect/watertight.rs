@@ -40,6 +40,23 @@ impl RayTest {
         Self { origin: ray.origin, direction: ray.direction, edge_error }
     }
 
+    /// The same for triangles that were rounded: no coordinate is off by more than `off` along its axis.
+    pub(super) fn of_rounded(ray: &Ray, bounds: &Bounds, off: &Vector) -> Self {
+        let exact = Self::new(ray, bounds);
+        let reach = |axis: usize| {
+            let to = |x: f32| (f64::from(x) - ray.origin[axis]).abs();
+            to(bounds.lower[axis]).max(to(bounds.upper[axis])) + off[axis]
+        };
+        // Two products of each component, both factors of which are off.
+        let moved: f64 = (0..3)
+            .map(|i| {
+                let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+                2.0 * ray.direction[i].abs() * (off[j] * reach(k) + off[k] * reach(j) + off[j] * off[k])
+            })
+            .sum();
+        Self { edge_error: exact.edge_error + (1.0 + 16.0 * EPSILON) * moved, ..exact }
+    }
+
     /// Whether double precision holds all products of this ray and the triangles within the bounds.
     pub(super) fn is_in_range(&self) -> bool {
         self.edge_error < f64::INFINITY

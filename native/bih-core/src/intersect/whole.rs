@@ -6,19 +6,47 @@ use std::array::from_fn;
 use std::cmp::Ordering;
 
 use super::fixed::{Int, parts};
-use crate::geometry::{Corners, Vector};
+use super::real::Real;
+use crate::geometry::Vector;
 
 /// Numbers are multiples of 2^`exponent`, and below 2^`bits` times that.
 #[derive(Debug, Clone, Copy)]
-struct Span {
+pub struct Span {
     exponent: i32,
     bits: i32,
 }
 
 impl Span {
+    /// Of zero alone.
+    pub const NONE: Self = Self { exponent: 0, bits: 0 };
+
+    /// Of both.
+    #[inline(always)]
+    pub fn joined(self, other: Self) -> Self {
+        if self.bits == 0 || other.bits == 0 {
+            return if self.bits == 0 { other } else { self };
+        }
+        let exponent = self.exponent.min(other.exponent);
+        Self { exponent, bits: (self.exponent + self.bits).max(other.exponent + other.bits) - exponent }
+    }
+
+    /// Of the product of two finite numbers.
+    pub fn of_product(a: f64, b: f64) -> Self {
+        let [a, b] = [a, b].map(|x| Self::of([&x].into_iter()));
+        if a.bits == 0 || b.bits == 0 {
+            return Self::NONE;
+        }
+        Self { exponent: a.exponent + b.exponent, bits: a.bits + b.bits }
+    }
+
+    /// Of numbers that are below so many powers of two more, unless there are none.
+    pub fn wider(self, bits: i32) -> Self {
+        if self.bits == 0 { self } else { Self { bits: self.bits + bits, ..self } }
+    }
+
     /// Of finite numbers.
     #[inline(always)]
-    fn of<'a>(numbers: impl Iterator<Item = &'a f64>) -> Self {
+    pub fn of<'a>(numbers: impl Iterator<Item = &'a f64>) -> Self {
         let (mut least, mut most) = (i32::MAX, i32::MIN);
         for &x in numbers {
             let (mantissa, exponent) = parts(x);
@@ -57,6 +85,14 @@ macro_rules! answered {
                 type $whole = Whole<2, 2, 4, 6, 16>;
                 Some($body)
             }
+            (..=189, ..=125) => {
+                type $whole = Whole<3, 2, 6, 9, 20>;
+                Some($body)
+            }
+            (..=253, ..=125) => {
+                type $whole = Whole<4, 2, 8, 12, 26>;
+                Some($body)
+            }
             _ => None,
         }
     }};
@@ -65,9 +101,8 @@ macro_rules! answered {
 impl<'a> Question<'a> {
     /// All numbers are finite.
     #[inline(always)]
-    pub fn new(origin: &'a Vector, direction: &'a Vector, triangles: &[&Corners]) -> Self {
-        let corners = triangles.iter().flat_map(|corners| corners.as_flattened());
-        let lengths = Span::of(origin.iter().chain(corners));
+    pub fn new<T: Real>(origin: &'a Vector, direction: &'a Vector, triangles: &[&T]) -> Self {
+        let lengths = triangles.iter().fold(Span::of(origin.iter()), |all, corners| all.joined(corners.span()));
         Self { origin, direction, lengths, directions: Span::of(direction.iter()) }
     }
 
@@ -77,22 +112,22 @@ impl<'a> Question<'a> {
     }
 
     /// Whether no two edge values have opposite signs and not all are zero, given the signs that are known.
-    pub fn is_inside(&self, corners: &Corners, known: [Option<Ordering>; 3]) -> Option<bool> {
+    pub fn is_inside<T: Real>(&self, corners: &T, known: [Option<Ordering>; 3]) -> Option<bool> {
         answered!(self, W => W::new(self, corners).is_inside(known))
     }
 
     /// The order of the distances of two triangles.
-    pub fn compare(&self, first: &Corners, second: &Corners) -> Option<Ordering> {
+    pub fn compare<T: Real>(&self, first: &T, second: &T) -> Option<Ordering> {
         answered!(self, W => W::compare(W::new(self, first).distance(), W::new(self, second).distance()))
     }
 
     /// The order of the distance of a triangle and a finite number.
-    pub fn compare_with(&self, corners: &Corners, x: f64) -> Option<Ordering> {
+    pub fn compare_with<T: Real>(&self, corners: &T, x: f64) -> Option<Ordering> {
         answered!(self, W => W::compare_with(W::new(self, corners).distance(), x, self.exponent()))
     }
 
     /// t, rounded.
-    pub fn distance(&self, corners: &Corners) -> Option<f64> {
+    pub fn distance<T: Real>(&self, corners: &T) -> Option<f64> {
         answered!(self, W => {
             let [above, below] = W::new(self, corners).distance();
             above.over(&below, -self.exponent())
@@ -100,7 +135,7 @@ impl<'a> Question<'a> {
     }
 
     /// u and v, rounded.
-    pub fn weights(&self, corners: &Corners) -> Option<[f64; 2]> {
+    pub fn weights<T: Real>(&self, corners: &T) -> Option<[f64; 2]> {
         answered!(self, W => {
             let [e0, e1, e2] = W::new(self, corners).edges();
             let sum = e0.plus(&e1).plus(&e2);
@@ -121,11 +156,10 @@ struct Whole<const A: usize, const D: usize, const B: usize, const C: usize, con
 
 impl<const A: usize, const D: usize, const B: usize, const C: usize, const E: usize> Whole<A, D, B, C, E> {
     #[inline(always)]
-    fn new(question: &Question, corners: &Corners) -> Self {
-        let lengths = |point: &Vector| point.map(|x| Int::scaled(x, question.lengths.exponent));
+    fn new<T: Real>(question: &Question, corners: &T) -> Self {
         Self {
-            corners: corners.map(|corner| lengths(&corner)),
-            origin: lengths(question.origin),
+            corners: corners.whole(question.lengths.exponent),
+            origin: question.origin.map(|x| Int::scaled(x, question.lengths.exponent)),
             direction: question.direction.map(|x| Int::scaled(x, question.directions.exponent)),
         }
     }
@@ -216,6 +250,7 @@ fn dot<const B: usize, const A: usize, const C: usize>(a: &Point<B>, b: &Point<A
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Corners;
     use crate::intersect::exact::{Fraction, edges};
 
     /// Small whole numbers, which meet edges and planes exactly, times powers of two that are `spread` apart at most, and

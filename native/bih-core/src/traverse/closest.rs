@@ -12,7 +12,7 @@ use super::watertight::WatertightClosest;
 use super::{Counter, node_search, single, wide};
 use crate::build::Precision;
 use crate::geometry::{Corners, Ray, Triangles};
-use crate::intersect::{Distance, RayTest, SingleHit, weights};
+use crate::intersect::{Distance, RayTest, Real, SingleHit, weights};
 use crate::kd_tree;
 use crate::simd::Lanes;
 use crate::tree::{Kind, Tree};
@@ -116,7 +116,7 @@ pub(crate) fn distance_within(ray: &Ray, test: &RayTest, corners: &Corners) -> O
 
 /// Whether the distance of a triangle lies between the ends of the ray.
 #[inline(always)]
-pub(super) fn is_between(distance: &Distance, ray: &Ray, test: &RayTest, corners: &Corners) -> bool {
+pub(crate) fn is_between<T: Real>(distance: &Distance, ray: &Ray, test: &RayTest, corners: &T) -> bool {
     distance.compare_with(ray.t_min, test, corners) != Ordering::Less
         && distance.compare_with(ray.t_max, test, corners) != Ordering::Greater
 }

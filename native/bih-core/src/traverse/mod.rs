@@ -31,7 +31,7 @@ mod wide;
 pub(crate) use aim::Aim;
 pub use batch::{Float, Hits, Limits, RayBatch, Vectors};
 pub use closest::Hit;
-pub(crate) use closest::{distance_within, hit_at};
+pub(crate) use closest::{distance_within, hit_at, is_between};
 pub use contains::contains;
 pub use counters::{Counter, Counts, Uncounted};
 pub(crate) use every::{Visitor, every_near};

@@ -27,6 +27,8 @@ pub struct Stack {
     pub(super) alone: kd_tree::Stack,
     /// For 2 × 2 packets through binary nodes.
     pub(super) two_by_two: kd_tree::Stack<LANES>,
+    /// For the tree of an instance.
+    inner: Option<Box<Stack>>,
 }
 
 impl Default for Stack {
@@ -38,11 +40,24 @@ impl Default for Stack {
             packet: Vec::new(),
             alone: kd_tree::Stack::default(),
             two_by_two: kd_tree::Stack::default(),
+            inner: None,
         }
     }
 }
 
 impl Stack {
+    /// A stack for walks that begin while one on this goes on.
+    #[inline(always)]
+    pub(crate) fn take_inner(&mut self) -> Box<Self> {
+        self.inner.take().unwrap_or_default()
+    }
+
+    /// Keep it for the next time.
+    #[inline(always)]
+    pub(crate) fn give_inner(&mut self, inner: Box<Self>) {
+        self.inner = Some(inner);
+    }
+
     #[inline(always)]
     pub(super) fn clear(&mut self) {
         self.len = 0;
