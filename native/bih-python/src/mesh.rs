@@ -4,7 +4,9 @@ use std::fmt::Display;
 
 use bih_core::saved::SavedMesh;
 use bih_core::{Error, Triangles, Vertices};
-use numpy::{PyArray2, PyArrayDescrMethods, PyArrayMethods, PyReadonlyArray2, PyUntypedArray, PyUntypedArrayMethods};
+use numpy::{
+    PyArray1, PyArray2, PyArrayDescrMethods, PyArrayMethods, PyReadonlyArray2, PyUntypedArray, PyUntypedArrayMethods,
+};
 use pyo3::prelude::*;
 
 use crate::arrays::{as_array, converted, kind, wrong};
@@ -16,6 +18,8 @@ pub struct Mesh {
     triangles: Option<Py<PyArray2<u32>>>,
     /// Bytes that belong to the tree; what the caller keeps does not count.
     pub owned_bytes: usize,
+    /// Those of the rows.
+    owned_rows: usize,
     /// The arrays that must not change any more, the caller's own among them.
     borrowed: Vec<Py<PyAny>>,
 }
@@ -30,7 +34,7 @@ enum VertexArray {
 impl From<SavedMesh> for Mesh {
     fn from(mesh: SavedMesh) -> Self {
         let owned_bytes = mesh.bytes();
-        Self { vertices: VertexArray::Saved(mesh), triangles: None, owned_bytes, borrowed: Vec::new() }
+        Self { vertices: VertexArray::Saved(mesh), triangles: None, owned_bytes, owned_rows: 0, borrowed: Vec::new() }
     }
 }
 
@@ -50,6 +54,7 @@ impl Mesh {
         let owned_bytes = parts.iter().flatten().map(|part| part.owned_bytes).sum();
         let borrowed =
             parts.iter().flatten().flat_map(|part| &part.borrowed).map(|array| array.clone().unbind()).collect();
+        let owned_rows = triangles.as_ref().map_or(0, |part| part.owned_bytes);
         let py = given.py();
         let mesh = Self {
             vertices: if is_single {
@@ -59,10 +64,47 @@ impl Mesh {
             },
             triangles: triangles.map(|part| part.array.cast_into()).transpose()?.map(Bound::unbind),
             owned_bytes,
+            owned_rows,
             borrowed,
         };
         mesh.with(py, |vertices, rows| Triangles::new(vertices, rows).map(drop))?.map_err(to_exception)?;
         Ok(mesh)
+    }
+
+    /// The same triangles between other vertices, as many and in the same precision, of which a copy is taken.
+    pub fn moved(&self, py: Python<'_>, vertices: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let given = as_array("vertices", vertices)?;
+        let (count, is_single) = self.with(py, |vertices, _| (vertices.len(), matches!(vertices, Vertices::F32(_))))?;
+        let fits = match kind(&given) {
+            'f' => !is_single || given.dtype().itemsize() <= 4,
+            kind => matches!(kind, 'i' | 'u') && !is_single,
+        };
+        if given.shape() != [count, 3] || !fits {
+            let expected = format!("({count}, 3) {}", if is_single { "float32" } else { "real numbers" });
+            return wrong("vertices", &expected, &given);
+        }
+        let kept = keep(&given, converted(&given, if is_single { "float32" } else { "float64" })?, true)?;
+        let (triangles, owned_rows) = match &self.vertices {
+            VertexArray::Saved(mesh) => {
+                let rows = mesh.rows().unwrap_or_default();
+                let array = PyArray1::from_slice(py, rows.as_flattened()).reshape([rows.len(), 3])?;
+                (mesh.rows().map(|_| array.unbind()), size_of_val(rows))
+            }
+            VertexArray::F32(_) | VertexArray::F64(_) => {
+                (self.triangles.as_ref().map(|rows| rows.clone_ref(py)), self.owned_rows)
+            }
+        };
+        Ok(Self {
+            vertices: if is_single {
+                VertexArray::F32(kept.array.cast_into()?.unbind())
+            } else {
+                VertexArray::F64(kept.array.cast_into()?.unbind())
+            },
+            triangles,
+            owned_bytes: kept.owned_bytes + owned_rows,
+            owned_rows,
+            borrowed: Vec::new(),
+        })
     }
 
     /// Make the borrowed arrays read-only.

@@ -12,7 +12,7 @@ use crate::arrays::{Limit, LimitArray, limits, vectors};
 use crate::errors::GeometryError;
 use crate::hits::{HitLists, Hits};
 use crate::supervise::{run, supervise};
-use crate::tree::Tree;
+use crate::tree::{State, Tree};
 
 /// Batches of fewer rays are over before anyone could cancel them.
 pub const SUPERVISED: usize = 1 << 14;
@@ -39,8 +39,8 @@ impl Tree {
 
     /// Whether distances and weights are doubles.
     pub fn is_double(&self, py: Python<'_>) -> PyResult<bool> {
-        Ok(self.core.precision() == Precision::Exact
-            || self.mesh.with_triangles(py, |triangles| triangles.is_double())?)
+        let State { core, mesh } = &*self.state();
+        Ok(core.precision() == Precision::Exact || mesh.with_triangles(py, |triangles| triangles.is_double())?)
     }
 
     /// All hits of each ray, in numbers of one precision.
@@ -73,13 +73,13 @@ impl Tree {
         work: impl FnOnce(&CoreTree, &Triangles, &RayBatch, &Control) -> Result<T, Error> + Send,
     ) -> PyResult<T> {
         with_rays(origins, directions, t_min, t_max, |batch| {
-            self.work(py, batch.len(), few, |triangles, control| work(&self.core, triangles, batch, control))
+            self.work(py, batch.len(), few, |core, triangles, control| work(core, triangles, batch, control))
         })
     }
 
     /// Fewer rays than this are not supervised where each may meet every triangle.
     pub fn few(&self) -> usize {
-        SUPERVISED.min(SUPERVISED_TESTS / self.core.stats().triangles.max(1))
+        SUPERVISED.min(SUPERVISED_TESTS / self.state().core.stats().triangles.max(1))
     }
 
     /// Answer this many questions about the triangles, supervised unless there are `few`.
@@ -88,18 +88,13 @@ impl Tree {
         py: Python<'_>,
         questions: usize,
         few: usize,
-        work: impl FnOnce(&Triangles, &Control) -> Result<T, Error> + Send,
+        work: impl FnOnce(&CoreTree, &Triangles, &Control) -> Result<T, Error> + Send,
     ) -> PyResult<T> {
-        let pool = self.pool.as_ref();
-        self.mesh.with_triangles(py, |triangles| {
-            let work = |control: &Control| work(&triangles, control);
+        let (State { core, mesh }, pool) = (&*self.state(), self.pool.as_ref());
+        mesh.with_triangles(py, |triangles| {
+            let work = |control: &Control| work(core, &triangles, control);
             if questions < few { run(py, pool, work) } else { supervise(py, pool, None, work) }
         })?
-    }
-
-    /// Call `read` with a view of the triangles.
-    pub fn with_triangles<R>(&self, py: Python<'_>, read: impl FnOnce(Triangles<'_>) -> R) -> PyResult<R> {
-        self.mesh.with_triangles(py, read)
     }
 }
 

@@ -15,7 +15,7 @@ use crate::camera::Camera;
 use crate::errors::GeometryError;
 use crate::lights::read_lights;
 use crate::supervise::supervise;
-use crate::tree::{Tree, count};
+use crate::tree::{State, Tree, count};
 
 const PASSES: [&str; 9] =
     ["combined", "depth", "normal", "position", "triangle", "instance", "object_index", "material_index", "cost"];
@@ -76,11 +76,12 @@ pub fn render<'py>(
         background,
         wanted: wanted(&passes),
     };
-    let rows = scene.with_triangles(py, |triangles| triangles.len())?;
+    let State { core, mesh: triangles } = &*scene.state();
+    let rows = triangles.with_triangles(py, |triangles| triangles.len())?;
     let mesh = MeshArrays::new(materials, corner_normals, rows)?;
     let appearance = of_tree(surfaces, objects, &mesh, rows)?;
-    let picture = scene.with_triangles(py, |triangles| {
-        let traced = Tracer::new(&scene.core, &triangles);
+    let picture = triangles.with_triangles(py, |triangles| {
+        let traced = Tracer::new(core, &triangles);
         supervise(py, scene.pool.as_ref(), progress, |control| {
             Ok(core_render(&traced, &appearance, &camera.inner, &options, control)?)
         })

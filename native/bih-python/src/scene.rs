@@ -19,7 +19,7 @@ use crate::hits::{HitLists, Hits};
 use crate::query::{SUPERVISED, SUPERVISED_TESTS, with_rays};
 use crate::stats::Stats;
 use crate::supervise::{run, supervise};
-use crate::tree::{Pair, Tree, bounds_array, cost_arrays, count, node_array, thread_pool};
+use crate::tree::{Pair, State, Tree, bounds_array, cost_arrays, count, node_array, thread_pool};
 
 /// Instances of trees: a tree over trees, with the same queries.
 #[pyclass(frozen, module = "bihtree")]
@@ -29,8 +29,14 @@ pub struct Scene {
     precision: Precision,
     is_double: bool,
     /// Replaced as a whole, so that a query goes on with what it began with.
-    core: RwLock<Arc<CoreScene>>,
+    placed: RwLock<Arc<Placed>>,
     pool: Option<ThreadPool>,
+}
+
+/// A scene and the trees as they stood when it was made.
+struct Placed {
+    core: CoreScene,
+    trees: Vec<Arc<State>>,
 }
 
 type Matrices = Vec<[[f64; 4]; 4]>;
@@ -55,8 +61,8 @@ impl Scene {
         for tree in &trees {
             is_double |= tree.get().is_double(py)?;
         }
-        let core = placed(py, &trees, &rows, &matrices, pool.as_ref())?;
-        Ok(Self { trees, rows, precision, is_double, core: RwLock::new(Arc::new(core)), pool })
+        let placed = Placed::new(py, &trees, &rows, &matrices, pool.as_ref())?;
+        Ok(Self { trees, rows, precision, is_double, placed: RwLock::new(Arc::new(placed)), pool })
     }
 
     /// The nearest hit of each ray.
@@ -148,8 +154,8 @@ impl Scene {
     /// Put every instance to another place; the trees stay as they are.
     fn set_matrices(&self, py: Python<'_>, matrices: &Bound<'_, PyAny>) -> PyResult<()> {
         let matrices = read_matrices(matrices, self.rows.len())?;
-        let core = Arc::new(placed(py, &self.trees, &self.rows, &matrices, self.pool.as_ref())?);
-        *self.core.write().unwrap_or_else(PoisonError::into_inner) = core;
+        let placed = Arc::new(Placed::new(py, &self.trees, &self.rows, &matrices, self.pool.as_ref())?);
+        *self.placed.write().unwrap_or_else(PoisonError::into_inner) = placed;
         Ok(())
     }
 
@@ -162,23 +168,22 @@ impl Scene {
     /// What the upper tree is and what it cost.
     #[getter]
     fn stats(&self) -> Stats {
-        let core = self.core();
-        let mesh_bytes = 0;
-        Stats::new(core.stats(), ["bih", "compact", "sah", self.precision.name()], "eager", mesh_bytes)
+        let (placed, mesh_bytes) = (self.placed(), 0);
+        Stats::new(placed.core.stats(), ["bih", "compact", "sah", self.precision.name()], "eager", mesh_bytes)
     }
 
     /// (2, 3) lower and upper corner; inf and -inf where there is nothing to hit.
     #[getter]
     fn bounds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        bounds_array(py, self.core().bounds(), self.is_double)
+        bounds_array(py, self.placed().core.bounds(), self.is_double)
     }
 
     /// The upper tree as a structured array, one row a node, breadth first.
     #[pyo3(signature = (*, max_depth=None, limit=None))]
     fn nodes<'py>(&self, py: Python<'py>, max_depth: Option<i64>, limit: Option<i64>) -> PyResult<Bound<'py, PyAny>> {
-        let core = self.core();
+        let placed = self.placed();
         node_array(py, max_depth, limit, |max_depth, limit| {
-            run(py, self.pool.as_ref(), |control| core.nodes(max_depth, limit, control))
+            run(py, self.pool.as_ref(), |control| placed.core.nodes(max_depth, limit, control))
         })
     }
 
@@ -187,14 +192,14 @@ impl Scene {
     }
 
     fn __repr__(&self) -> String {
-        let (stats, trees) = (self.core().stats().clone(), self.trees.len());
+        let (stats, trees) = (self.placed().core.stats().clone(), self.trees.len());
         format!("<bihtree.Scene: {} instances of {trees} trees, {} triangles>", self.rows.len(), stats.triangles)
     }
 }
 
 impl Scene {
-    fn core(&self) -> Arc<CoreScene> {
-        self.core.read().unwrap_or_else(PoisonError::into_inner).clone()
+    fn placed(&self) -> Arc<Placed> {
+        self.placed.read().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     fn closest<F: Float + Element>(
@@ -230,7 +235,7 @@ impl Scene {
 
     /// Fewer rays than this are not supervised where each may meet every triangle.
     fn few(&self) -> usize {
-        SUPERVISED.min(SUPERVISED_TESTS / self.core().stats().triangles.max(1))
+        SUPERVISED.min(SUPERVISED_TESTS / self.placed().core.stats().triangles.max(1))
     }
 
     /// Check the rays and hand them to `work` with the scene, supervised unless there are `few`.
@@ -245,36 +250,40 @@ impl Scene {
         few: usize,
         work: impl FnOnce(&SceneTracer, &RayBatch, &Control) -> Result<T, Error> + Send,
     ) -> PyResult<T> {
-        let (core, pool) = (self.core(), self.pool.as_ref());
+        let (placed, pool) = (self.placed(), self.pool.as_ref());
         with_rays(origins, directions, t_min, t_max, |batch| {
-            with_models(py, &self.trees, |models| {
-                let work = |control: &Control| work(&SceneTracer { scene: &core, models }, batch, control);
+            with_models(py, &placed.trees, |models| {
+                let work = |control: &Control| work(&SceneTracer { scene: &placed.core, models }, batch, control);
                 if batch.len() < few { run(py, pool, work) } else { supervise(py, pool, None, work) }
             })
         })
     }
 }
 
-fn placed(
-    py: Python<'_>,
-    trees: &[Py<Tree>],
-    rows: &[u32],
-    matrices: &Matrices,
-    pool: Option<&ThreadPool>,
-) -> PyResult<CoreScene> {
-    let _standard = FloatEnvironment::standard();
-    with_models(py, trees, |models| {
-        supervise(py, pool, None, |control| CoreScene::new(models, rows, matrices, control))
-    })
+impl Placed {
+    fn new(
+        py: Python<'_>,
+        trees: &[Py<Tree>],
+        rows: &[u32],
+        matrices: &Matrices,
+        pool: Option<&ThreadPool>,
+    ) -> PyResult<Self> {
+        let _standard = FloatEnvironment::standard();
+        let trees: Vec<_> = trees.iter().map(|tree| tree.get().state()).collect();
+        let core = with_models(py, &trees, |models| {
+            supervise(py, pool, None, |control| CoreScene::new(models, rows, matrices, control))
+        })?;
+        Ok(Self { core, trees })
+    }
 }
 
 /// Call `read` with the trees and views of their triangles.
-fn with_models<R>(py: Python<'_>, trees: &[Py<Tree>], read: impl FnOnce(&[Model]) -> PyResult<R>) -> PyResult<R> {
-    let views = trees.iter().map(|tree| tree.get().mesh.view(py)).collect::<PyResult<Vec<_>>>()?;
+fn with_models<R>(py: Python<'_>, trees: &[Arc<State>], read: impl FnOnce(&[Model]) -> PyResult<R>) -> PyResult<R> {
+    let views = trees.iter().map(|tree| tree.mesh.view(py)).collect::<PyResult<Vec<_>>>()?;
     let models = trees
         .iter()
         .zip(&views)
-        .map(|(tree, view)| Ok(Model { tree: &tree.get().core, triangles: view.triangles()? }))
+        .map(|(tree, view)| Ok(Model { tree: &tree.core, triangles: view.triangles()? }))
         .collect::<PyResult<Vec<_>>>()?;
     read(&models)
 }
@@ -296,7 +305,7 @@ fn read_trees(trees: &Bound<'_, PyAny>) -> PyResult<Vec<Py<Tree>>> {
 
 /// The precision that all trees have.
 fn common_precision(trees: &[Py<Tree>]) -> PyResult<Precision> {
-    let precision = |tree: &Py<Tree>| tree.get().core.precision();
+    let precision = |tree: &Py<Tree>| tree.get().state().core.precision();
     let first = trees.first().map(precision).unwrap_or_default();
     match trees.iter().position(|tree| precision(tree) != first) {
         None => Ok(first),

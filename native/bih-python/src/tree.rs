@@ -1,8 +1,9 @@
 //! Trees and their queries.
 
 use std::path::PathBuf;
+use std::sync::{Arc, PoisonError, RwLock};
 
-use bih_core::build::{Heuristic, Structure};
+use bih_core::build::{Heuristic, Structure, refit};
 use bih_core::saved::{self, Access, Saved};
 use bih_core::simd::FloatEnvironment;
 use bih_core::traverse::{Counts, contains};
@@ -26,9 +27,15 @@ use crate::supervise::{run, supervise};
 /// An acceleration structure over one triangle mesh.
 #[pyclass(frozen, module = "bihtree")]
 pub struct Tree {
+    /// Replaced as a whole when the vertices move, so that a query goes on with what it began with.
+    state: RwLock<Arc<State>>,
+    pub pool: Option<ThreadPool>,
+}
+
+/// A tree and the mesh that it is over.
+pub struct State {
     pub core: CoreTree,
     pub mesh: Mesh,
-    pub pool: Option<ThreadPool>,
 }
 
 pub type Pair<'py> = (Bound<'py, PyArray1<i32>>, Bound<'py, PyArray1<i32>>);
@@ -78,7 +85,7 @@ impl Tree {
             supervise(py, pool.as_ref(), progress, |control| bih_core::build(&triangles, &options, control))
         })??;
         mesh.freeze(py)?;
-        Ok(Self { core, mesh, pool })
+        Ok(Self::of(core, mesh, pool))
     }
 
     /// The nearest hit of each ray.
@@ -162,8 +169,8 @@ impl Tree {
         let _standard = FloatEnvironment::standard();
         let points = vectors("points", points)?;
         let view = points.view()?;
-        let answers = self.work(py, points.rows(), self.few(), |triangles, control| {
-            Ok(contains(&view, &self.core, triangles, control)?)
+        let answers = self.work(py, points.rows(), self.few(), |core, triangles, control| {
+            Ok(contains(&view, core, triangles, control)?)
         })?;
         Ok(PyArray::from_vec(py, answers))
     }
@@ -190,28 +197,30 @@ impl Tree {
     /// What the tree is and what it cost.
     #[getter]
     fn stats(&self) -> Stats {
-        let layout = match self.core.wide() {
+        let State { core, mesh } = &*self.state();
+        let layout = match core.wide() {
             Some(wide) if wide.records.are_ordered() => "wide",
             Some(_) => "compact",
             None => "classic",
         };
-        let names = [self.core.structure().name(), layout, self.core.heuristic().name(), self.core.precision().name()];
-        Stats::new(&self.core.stats(), names, self.core.build().name(), self.mesh.owned_bytes)
+        let names = [core.structure().name(), layout, core.heuristic().name(), core.precision().name()];
+        Stats::new(&core.stats(), names, core.build().name(), mesh.owned_bytes)
     }
 
     /// (2, 3) lower and upper corner; inf and -inf where no triangle can be hit.
     #[getter]
     fn bounds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let is_double = self.mesh.with_triangles(py, |triangles| triangles.is_double())?;
-        bounds_array(py, self.core.bounds(), is_double)
+        let State { core, mesh } = &*self.state();
+        let is_double = mesh.with_triangles(py, |triangles| triangles.is_double())?;
+        bounds_array(py, core.bounds(), is_double)
     }
 
     /// The tree as a structured array, one row a node, breadth first.
     #[pyo3(signature = (*, max_depth=None, limit=None))]
     fn nodes<'py>(&self, py: Python<'py>, max_depth: Option<i64>, limit: Option<i64>) -> PyResult<Bound<'py, PyAny>> {
-        let (core, pool) = (&self.core, self.pool.as_ref());
+        let (State { core, mesh }, pool) = (&*self.state(), self.pool.as_ref());
         node_array(py, max_depth, limit, |max_depth, limit| {
-            self.mesh.with_triangles(py, |triangles| {
+            mesh.with_triangles(py, |triangles| {
                 run(py, pool, |control| tree::node_table(core, &triangles, max_depth, limit, control))
             })?
         })
@@ -219,26 +228,40 @@ impl Tree {
 
     /// The caller's rows in leaf order, then the rejected ones.
     fn order<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i32>> {
-        PyArray1::from_iter(py, self.core.order().into_iter().map(|row| row as i32))
+        PyArray1::from_iter(py, self.state().core.order().into_iter().map(|row| row as i32))
     }
 
     /// Check every rule that a tree keeps.
     fn validate(&self, py: Python<'_>) -> PyResult<()> {
-        self.mesh
-            .with_triangles(py, |triangles| run(py, self.pool.as_ref(), |_| tree::validate(&self.core, &triangles)))?
+        let State { core, mesh } = &*self.state();
+        mesh.with_triangles(py, |triangles| run(py, self.pool.as_ref(), |_| tree::validate(core, &triangles)))?
     }
 
     /// Build all that no ray has come to yet; nothing for a tree that was built at once.
     fn build_all(&self, py: Python<'_>) -> PyResult<()> {
-        self.mesh.with_triangles(py, |triangles| {
-            supervise(py, self.pool.as_ref(), None, |control| Ok(self.core.build_all(&triangles, control)?))
+        let State { core, mesh } = &*self.state();
+        mesh.with_triangles(py, |triangles| {
+            supervise(py, self.pool.as_ref(), None, |control| Ok(core.build_all(&triangles, control)?))
         })?
+    }
+
+    /// Move the vertices of the same triangles.
+    fn refit(&self, py: Python<'_>, vertices: &Bound<'_, PyAny>) -> PyResult<()> {
+        let _standard = FloatEnvironment::standard();
+        let State { core, mesh } = &*self.state();
+        let mesh = mesh.moved(py, vertices)?;
+        let core = mesh.with_triangles(py, |triangles| {
+            supervise(py, self.pool.as_ref(), None, |control| refit(core, &triangles, control))
+        })??;
+        *self.state.write().unwrap_or_else(PoisonError::into_inner) = Arc::new(State { core, mesh });
+        Ok(())
     }
 
     /// Write the tree and its mesh to a file.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        self.mesh.with_triangles(py, |triangles| {
-            supervise(py, self.pool.as_ref(), None, |control| saved::save(&self.core, &triangles, &path, control))
+        let State { core, mesh } = &*self.state();
+        mesh.with_triangles(py, |triangles| {
+            supervise(py, self.pool.as_ref(), None, |control| saved::save(core, &triangles, &path, control))
         })?
     }
 
@@ -248,7 +271,7 @@ impl Tree {
     fn load(_class: &Bound<'_, PyType>, py: Python<'_>, path: PathBuf, mmap: bool) -> PyResult<Self> {
         let access = if mmap { Access::Map } else { Access::Read };
         let Saved { tree, mesh } = run(py, None, |_| saved::load(&path, access))?;
-        Ok(Self { core: tree, mesh: mesh.into(), pool: None })
+        Ok(Self::of(tree, mesh.into(), None))
     }
 
     fn __reduce__(&self) -> PyResult<()> {
@@ -258,9 +281,21 @@ impl Tree {
     }
 
     fn __repr__(&self) -> String {
-        let (stats, name) = (self.core.stats(), self.core.structure().name());
+        let state = self.state();
+        let (stats, name) = (state.core.stats(), state.core.structure().name());
         let tree_bytes = stats.tree_bytes;
         format!("<bihtree.Tree: {name}, {} triangles, {} nodes, {tree_bytes} bytes>", stats.triangles, stats.nodes)
+    }
+}
+
+impl Tree {
+    fn of(core: CoreTree, mesh: Mesh, pool: Option<ThreadPool>) -> Self {
+        Self { state: RwLock::new(Arc::new(State { core, mesh })), pool }
+    }
+
+    /// The tree as it stands.
+    pub fn state(&self) -> Arc<State> {
+        self.state.read().unwrap_or_else(PoisonError::into_inner).clone()
     }
 }
 
