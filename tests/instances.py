@@ -74,6 +74,15 @@ def image(point: Sequence[Fraction], matrix: Matrix) -> list[Fraction]:
     return [row[0] * point[0] + row[1] * point[1] + row[2] * point[2] + row[3] for row in rows]
 
 
+def exact_images(mesh: Triangles, matrix: Matrix) -> list[list[tuple[Fraction, Fraction, Fraction]]]:
+    """The corners of the images of all triangles, not rounded."""
+    points = []
+    for vertex in mesh.vertices:
+        x, y, z = image([Fraction(float(c)) for c in vertex], matrix)
+        points.append((x, y, z))
+    return [[points[row] for row in triangle] for triangle in mesh.triangles]
+
+
 def flattened(shown: Sequence[Triangles], matrices: Matrix) -> Triangles:
     """The images of all meshes, one after another: each coordinate the float64 that is nearest to the truth."""
     parts, triangles, start = [], [], 0

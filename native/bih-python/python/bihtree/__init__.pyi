@@ -261,6 +261,18 @@ class Tree:
     def build_all(self) -> None:
         """Build all that no ray has come to yet; nothing where all was built at once."""
 
+    def refit(self, vertices: ArrayLike) -> None:
+        """Move the vertices of the same triangles: boxes and planes are computed again from the leaves up, nothing is
+        sorted. Hits are those of a tree that is built anew; the more the mesh changed its shape, the slower they are
+        found. Where other triangles than before have an area and finite vertices, the tree is built anew.
+
+        vertices: as many rows as before, (V, 3) float32 where the tree has such, else real numbers; they are copied.
+        Queries that run meanwhile in other threads go on with the old vertices, and so does a `Scene` of this tree until
+        its next `set_matrices`.
+
+        Raises GeometryError (shape, dtype), and ValueError for a kd_tree and for a tree that is built on demand; then
+        everything stays as it was."""
+
     def validate(self) -> None:
         """Check every rule that a tree keeps; raises BihError naming the first broken node."""
 

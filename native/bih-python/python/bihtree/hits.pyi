@@ -74,7 +74,7 @@ class HitLists:
 
     @property
     def instance(self) -> NDArray[np.int32]:
-        """(M,) 0 in a Tree."""
+        """(M,) the row of the instance in a Scene, 0 in a Tree."""
 
     def __len__(self) -> int:
         """N, the rays."""
