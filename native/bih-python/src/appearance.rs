@@ -1,5 +1,7 @@
 //! Surfaces, objects, material slots and corner normals, checked: how what is hit looks.
 
+use std::collections::HashSet;
+
 use bih_core::render::{Appearance, MeshLook, Object, Surface};
 use numpy::{PyArray1, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::prelude::*;
@@ -78,6 +80,70 @@ pub fn of_tree<'a>(
     let surfaces = surfaces.map_or(Ok(Vec::new()), read_surfaces)?;
     let appearance = Appearance { surfaces, objects, first_triangles, meshes: vec![mesh.look()?] };
     appearance.check([(0, 0)].into_iter(), triangles).map_err(|error| GeometryError::new_err(error.to_string()))?;
+    Ok(appearance)
+}
+
+/// What is given for the triangles of each of some trees: nothing, or a sequence of arrays, some of them None.
+pub fn meshes_of_trees<'py>(
+    materials: Option<&Bound<'py, PyAny>>,
+    corner_normals: Option<&Bound<'py, PyAny>>,
+    triangles: &[usize],
+) -> PyResult<Vec<MeshArrays<'py>>> {
+    let (materials, normals) = (
+        one_a_tree("materials", materials, triangles.len())?,
+        one_a_tree("corner_normals", corner_normals, triangles.len())?,
+    );
+    triangles
+        .iter()
+        .zip(materials.iter().zip(&normals))
+        .map(|(&triangles, (materials, normals))| MeshArrays::new(materials.as_ref(), normals.as_ref(), triangles))
+        .collect()
+}
+
+fn one_a_tree<'py>(
+    name: &str,
+    values: Option<&Bound<'py, PyAny>>,
+    trees: usize,
+) -> PyResult<Vec<Option<Bound<'py, PyAny>>>> {
+    let Some(values) = values else { return Ok(vec![None; trees]) };
+    let refuse =
+        |what: String| GeometryError::new_err(format!("{name}: {what}; a scene of {trees} trees has one for each"));
+    let items = values.try_iter().map_err(|_| refuse("not a sequence".to_owned()))?.collect::<PyResult<Vec<_>>>()?;
+    if items.len() != trees {
+        return Err(refuse(format!("{} items", items.len())));
+    }
+    Ok(items.into_iter().map(|item| Some(item).filter(|item| !item.is_none())).collect())
+}
+
+/// The looks of a scene's objects, which are its instances: `shown` has the tree of each.
+pub fn of_scene<'a>(
+    surfaces: Option<&Bound<'_, PyAny>>,
+    objects: Option<&Bound<'_, PyAny>>,
+    meshes: &'a [MeshArrays<'_>],
+    shown: &[u32],
+) -> PyResult<Appearance<'a>> {
+    let objects = match objects {
+        Some(value) => {
+            let rows = Rows::new("objects", value)?;
+            if rows.len != shown.len() {
+                let (rows, instances) = (rows.len, shown.len());
+                return Err(GeometryError::new_err(format!(
+                    "objects: {rows} rows, but there are {instances} instances"
+                )));
+            }
+            read_objects(&rows)?
+        }
+        None => Vec::new(),
+    };
+    let surfaces = surfaces.map_or(Ok(Vec::new()), read_surfaces)?;
+    let meshes = meshes.iter().map(MeshArrays::look).collect::<PyResult<Vec<_>>>()?;
+    let appearance = Appearance { surfaces, objects, first_triangles: None, meshes };
+    // Instances of one tree with the same first surface have the same ones.
+    let mut seen = HashSet::new();
+    let first = |object: usize| appearance.objects.get(object).map_or(0, |object| object.first_surface);
+    let pairs = shown.iter().enumerate().filter(|&(object, &tree)| seen.insert((tree, first(object))));
+    let pairs: Vec<_> = pairs.map(|(object, &tree)| (tree as usize, object)).collect();
+    appearance.check(pairs.into_iter(), 0).map_err(|error| GeometryError::new_err(error.to_string()))?;
     Ok(appearance)
 }
 

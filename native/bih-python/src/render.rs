@@ -2,18 +2,20 @@
 
 use std::collections::HashMap;
 
-use bih_core::render::{Lighting, RenderOptions, Tile, Wanted, render as core_render};
+use bih_core::instances::SceneTracer;
+use bih_core::render::{Lighting, Passes, RenderOptions, Tile, Wanted, render as core_render};
 use bih_core::simd::FloatEnvironment;
 use bih_core::traverse::Tracer;
 use numpy::{Element, PyArray, PyArrayMethods};
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::appearance::{MeshArrays, of_tree};
+use crate::appearance::{MeshArrays, meshes_of_trees, of_scene, of_tree};
 use crate::camera::Camera;
 use crate::errors::GeometryError;
 use crate::lights::read_lights;
+use crate::scene::{Scene, with_models};
 use crate::supervise::supervise;
 use crate::tree::{State, Tree, count};
 
@@ -31,7 +33,7 @@ materials=None, corner_normals=None, tile=None, progress=None)")]
 #[expect(clippy::too_many_arguments, reason = "they are keywords in Python")]
 pub fn render<'py>(
     py: Python<'py>,
-    scene: &Tree,
+    scene: &Bound<'py, PyAny>,
     camera: &Camera,
     passes: Vec<String>,
     samples: i64,
@@ -76,16 +78,15 @@ pub fn render<'py>(
         background,
         wanted: wanted(&passes),
     };
-    let State { core, mesh: triangles } = &*scene.state();
-    let rows = triangles.with_triangles(py, |triangles| triangles.len())?;
-    let mesh = MeshArrays::new(materials, corner_normals, rows)?;
-    let appearance = of_tree(surfaces, objects, &mesh, rows)?;
-    let picture = triangles.with_triangles(py, |triangles| {
-        let traced = Tracer::new(core, &triangles);
-        supervise(py, scene.pool.as_ref(), progress, |control| {
-            Ok(core_render(&traced, &appearance, &camera.inner, &options, control)?)
-        })
-    })??;
+    let look = Look { surfaces, objects, materials, corner_normals };
+    let picture = if let Ok(scene) = scene.cast::<Scene>() {
+        picture_of_scene(py, scene.get(), camera, &options, &look, progress)?
+    } else if let Ok(tree) = scene.cast::<Tree>() {
+        picture_of_tree(py, tree.get(), camera, &options, &look, progress)?
+    } else {
+        let name = scene.get_type().name()?;
+        return Err(PyTypeError::new_err(format!("scene: {name} is neither a bihtree.Tree nor a bihtree.Scene")));
+    };
     let result = PyDict::new(py);
     let shape = [picture.height, picture.width];
     let mut arrays = HashMap::from([
@@ -105,6 +106,54 @@ pub fn render<'py>(
         }
     }
     Ok(result)
+}
+
+/// How what is hit looks, as the caller gives it.
+struct Look<'a, 'py> {
+    surfaces: Option<&'a Bound<'py, PyAny>>,
+    objects: Option<&'a Bound<'py, PyAny>>,
+    materials: Option<&'a Bound<'py, PyAny>>,
+    corner_normals: Option<&'a Bound<'py, PyAny>>,
+}
+
+fn picture_of_tree(
+    py: Python<'_>,
+    tree: &Tree,
+    camera: &Camera,
+    options: &RenderOptions,
+    look: &Look<'_, '_>,
+    progress: Option<&Bound<'_, PyAny>>,
+) -> PyResult<Passes> {
+    let State { core, mesh: triangles } = &*tree.state();
+    let rows = triangles.with_triangles(py, |triangles| triangles.len())?;
+    let mesh = MeshArrays::new(look.materials, look.corner_normals, rows)?;
+    let appearance = of_tree(look.surfaces, look.objects, &mesh, rows)?;
+    triangles.with_triangles(py, |triangles| {
+        let traced = Tracer::new(core, &triangles);
+        supervise(py, tree.pool.as_ref(), progress, |control| {
+            Ok(core_render(&traced, &appearance, &camera.inner, options, control)?)
+        })
+    })?
+}
+
+fn picture_of_scene(
+    py: Python<'_>,
+    scene: &Scene,
+    camera: &Camera,
+    options: &RenderOptions,
+    look: &Look<'_, '_>,
+    progress: Option<&Bound<'_, PyAny>>,
+) -> PyResult<Passes> {
+    let placed = scene.placed();
+    with_models(py, &placed.trees, |models| {
+        let counts: Vec<_> = models.iter().map(|model| model.triangles.len()).collect();
+        let meshes = meshes_of_trees(look.materials, look.corner_normals, &counts)?;
+        let appearance = of_scene(look.surfaces, look.objects, &meshes, scene.rows())?;
+        let traced = SceneTracer { scene: &placed.core, models };
+        supervise(py, scene.pool(), progress, |control| {
+            Ok(core_render(&traced, &appearance, &camera.inner, options, control)?)
+        })
+    })
 }
 
 fn wanted(passes: &[String]) -> Wanted {

@@ -34,9 +34,9 @@ pub struct Scene {
 }
 
 /// A scene and the trees as they stood when it was made.
-struct Placed {
-    core: CoreScene,
-    trees: Vec<Arc<State>>,
+pub struct Placed {
+    pub core: CoreScene,
+    pub trees: Vec<Arc<State>>,
 }
 
 type Matrices = Vec<[[f64; 4]; 4]>;
@@ -198,8 +198,19 @@ impl Scene {
 }
 
 impl Scene {
-    fn placed(&self) -> Arc<Placed> {
+    /// The scene as it stands.
+    pub fn placed(&self) -> Arc<Placed> {
         self.placed.read().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// Rows of the trees that instances show.
+    pub fn rows(&self) -> &[u32] {
+        &self.rows
+    }
+
+    /// The threads of its own, if it has some.
+    pub fn pool(&self) -> Option<&ThreadPool> {
+        self.pool.as_ref()
     }
 
     fn closest<F: Float + Element>(
@@ -278,7 +289,7 @@ impl Placed {
 }
 
 /// Call `read` with the trees and views of their triangles.
-fn with_models<R>(py: Python<'_>, trees: &[Arc<State>], read: impl FnOnce(&[Model]) -> PyResult<R>) -> PyResult<R> {
+pub fn with_models<R>(py: Python<'_>, trees: &[Arc<State>], read: impl FnOnce(&[Model]) -> PyResult<R>) -> PyResult<R> {
     let views = trees.iter().map(|tree| tree.mesh.view(py)).collect::<PyResult<Vec<_>>>()?;
     let models = trees
         .iter()

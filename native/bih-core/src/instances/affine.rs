@@ -2,7 +2,7 @@
 
 use std::array::from_fn;
 
-use crate::geometry::{Bounds, Corners, Vector};
+use crate::geometry::{Bounds, Corners, Vector, cross, dot};
 use crate::intersect::{EPSILON, Image, rounded_sum};
 
 /// Products between this and its inverse, of numbers that are not zero, have a rounding error that is a double.
@@ -63,6 +63,13 @@ impl Affine {
     #[inline(always)]
     pub(super) fn real(&self, corners: &Corners) -> Image {
         Image { linear: self.linear, shift: self.shift, corners: *corners, rounded: self.corners(corners) }
+    }
+
+    /// A normal of the mesh as one of its image, of any length: what is perpendicular to two edges is so to their images.
+    pub(super) fn normal(&self, normal: &Vector) -> Vector {
+        let largest = self.linear.as_flattened().iter().fold(0.0f64, |largest, x| largest.max(x.abs()));
+        let [a, b, c] = self.linear.map(|row| row.map(|x| x / largest));
+        [dot(&cross(&b, &c), normal), dot(&cross(&c, &a), normal), dot(&cross(&a, &b), normal)]
     }
 
     /// A box that holds the images of all points of a finite box, however they are rounded.

@@ -2,10 +2,10 @@
 
 use rayon::prelude::*;
 
-use super::queries::SceneHit;
 use super::tracer::SceneTracer;
 use crate::control::{Cancelled, Control};
 use crate::geometry::Ray;
+use crate::render::Seen;
 use crate::simd::FloatEnvironment;
 use crate::traverse::{Counts, Float, HitLists, Hits, RayBatch, Stack};
 
@@ -55,10 +55,10 @@ impl Worker {
 impl SceneTracer<'_> {
     /// The nearest hit of each ray of a batch; a miss where there is none and for an invalid ray.
     pub fn closest_of<F: Float>(&self, batch: &RayBatch, control: &Control) -> Result<SceneHits<F>, Cancelled> {
-        let hits = each(CHUNK, batch, control, |worker, hits: &mut [Option<SceneHit>]| {
+        let hits = each(CHUNK, batch, control, |worker, hits: &mut [Option<Seen>]| {
             self.closest(&worker.rays, &mut worker.stack, hits);
         })?;
-        let of = |value: fn(&SceneHit) -> f64, miss: F| -> Vec<F> {
+        let of = |value: fn(&Seen) -> f64, miss: F| -> Vec<F> {
             hits.iter().map(|hit| hit.as_ref().map_or(miss, |hit| F::narrowed(value(hit)))).collect()
         };
         let invalid = (0..batch.len()).filter(|&row| !batch.ray(row).is_valid()).count();
@@ -86,13 +86,13 @@ impl SceneTracer<'_> {
         most: usize,
         control: &Control,
     ) -> Result<SceneHitLists<F>, Cancelled> {
-        let lists: Vec<Vec<SceneHit>> = each(FEW, batch, control, |worker, lists: &mut [Vec<SceneHit>]| {
+        let lists: Vec<Vec<Seen>> = each(FEW, batch, control, |worker, lists: &mut [Vec<Seen>]| {
             for (ray, hits) in worker.rays.iter().zip(lists) {
                 self.all(&[*ray], most, &mut worker.stack, hits, &mut Vec::with_capacity(1));
             }
         })?;
         let hits = || lists.iter().flatten();
-        let numbers = |value: fn(&SceneHit) -> f64| hits().map(|hit| F::narrowed(value(hit))).collect();
+        let numbers = |value: fn(&Seen) -> f64| hits().map(|hit| F::narrowed(value(hit))).collect();
         let mut offsets = Vec::with_capacity(lists.len() + 1);
         offsets.push(0);
         offsets.extend(lists.iter().scan(0, |end, hits| {

@@ -2,10 +2,11 @@
 
 use std::marker::PhantomData;
 
-use super::queries::{Met, Place, Query, SceneHit};
+use super::queries::{Met, Place, Query};
 use super::scene::Instance;
 use super::shape::Shape;
 use crate::geometry::{Corners, Ray};
+use crate::render::Seen;
 use crate::traverse::Visitor;
 
 /// All hits, nearest first, at most so many.
@@ -40,7 +41,7 @@ impl<S: Shape> All<S> {
     }
 
     /// Append the hits.
-    pub fn finish(mut self, hits: &mut Vec<SceneHit>) {
+    pub fn finish(mut self, hits: &mut Vec<Seen>) {
         self.arrange();
         hits.extend(self.met.iter().map(|met| met.hit(&self.place.test)));
     }

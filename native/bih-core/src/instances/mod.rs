@@ -11,11 +11,11 @@ mod lists;
 mod queries;
 mod scene;
 mod shape;
+mod traced;
 mod tracer;
 mod walk;
 
 pub use affine::Affine;
 pub use batch::{SceneHitLists, SceneHits};
-pub use queries::SceneHit;
 pub use scene::{Model, Scene};
 pub use tracer::SceneTracer;

@@ -8,7 +8,8 @@ use super::scene::Instance;
 use super::shape::Shape;
 use crate::geometry::{Bounds, Corners, Ray};
 use crate::intersect::{Distance, RayTest};
-use crate::traverse::{Hit, Visitor};
+use crate::render::Seen;
+use crate::traverse::Visitor;
 
 /// A question about one ray. Between two calls of `enter` the triangles are those of one instance.
 pub(super) trait Query: Visitor {
@@ -37,15 +38,6 @@ impl Place {
     }
 }
 
-/// A hit and the row of its instance.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SceneHit {
-    /// Where, and which triangle of the model.
-    pub hit: Hit,
-    /// Row of the instance.
-    pub instance: u32,
-}
-
 /// An image that is met.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Met<S> {
@@ -69,8 +61,8 @@ impl<S: Shape> Met<S> {
         order.then(self.rows().cmp(&other.rows()))
     }
 
-    pub fn hit(&self, test: &RayTest) -> SceneHit {
-        SceneHit { hit: self.shape.hit(self.row, &self.distance, test), instance: self.instance }
+    pub fn hit(&self, test: &RayTest) -> Seen {
+        Seen { hit: self.shape.hit(self.row, &self.distance, test), instance: self.instance }
     }
 }
 
@@ -114,7 +106,7 @@ impl<S: Shape> Nearest<S> {
         Self { ray: *ray, place: Place::none::<S>(ray), best: None }
     }
 
-    pub fn answer(&self) -> Option<SceneHit> {
+    pub fn answer(&self) -> Option<Seen> {
         self.best.as_ref().map(|best| best.hit(&self.place.test))
     }
 }

@@ -1,13 +1,14 @@
 //! Some rays through a scene. This is where kernels begin: everything below is compiled once for each instruction set.
 
 use super::lists::{All, Crossings};
-use super::queries::{Any, Nearest, SceneHit};
+use super::queries::{Any, Nearest};
 use super::scene::{Model, Scene};
 use super::shape::Shape;
 use super::walk::search;
 use crate::build::Precision;
 use crate::geometry::{Corners, Ray};
 use crate::intersect::Image;
+use crate::render::Seen;
 use crate::simd::{Kernel, Lanes, dispatch};
 use crate::traverse::{Counts, Stack, Uncounted};
 
@@ -22,7 +23,7 @@ pub struct SceneTracer<'a> {
 
 impl SceneTracer<'_> {
     /// The nearest hit of each ray; none for a miss and for an invalid ray.
-    pub fn closest(&self, rays: &[Ray], stack: &mut Stack, hits: &mut [Option<SceneHit>]) {
+    pub fn closest(&self, rays: &[Ray], stack: &mut Stack, hits: &mut [Option<Seen>]) {
         assert_eq!(rays.len(), hits.len());
         hits.fill(None);
         dispatch(In { tracer: self, work: Closest { rays, stack, hits } });
@@ -37,7 +38,7 @@ impl SceneTracer<'_> {
 
     /// Append the hits of each ray, nearest first, of equal distances that of the lower instance first and there the lower
     /// row, at most so many of each, one at least; none for an invalid ray. Where those of each ray end is put into `ends`.
-    pub fn all(&self, rays: &[Ray], most: usize, stack: &mut Stack, hits: &mut Vec<SceneHit>, ends: &mut Vec<usize>) {
+    pub fn all(&self, rays: &[Ray], most: usize, stack: &mut Stack, hits: &mut Vec<Seen>, ends: &mut Vec<usize>) {
         dispatch(In { tracer: self, work: ListAll { rays, most: most.max(1), stack, hits, ends } });
     }
 
@@ -81,7 +82,7 @@ impl<W: Work> Kernel for In<'_, W> {
 struct Closest<'a> {
     rays: &'a [Ray],
     stack: &'a mut Stack,
-    hits: &'a mut [Option<SceneHit>],
+    hits: &'a mut [Option<Seen>],
 }
 
 impl Work for Closest<'_> {
@@ -116,7 +117,7 @@ struct ListAll<'a> {
     rays: &'a [Ray],
     most: usize,
     stack: &'a mut Stack,
-    hits: &'a mut Vec<SceneHit>,
+    hits: &'a mut Vec<Seen>,
     ends: &'a mut Vec<usize>,
 }
 

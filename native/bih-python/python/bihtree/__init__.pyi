@@ -267,8 +267,8 @@ class Tree:
         found. Where other triangles than before have an area and finite vertices, the tree is built anew.
 
         vertices: as many rows as before, (V, 3) float32 where the tree has such, else real numbers; they are copied.
-        Queries that run meanwhile in other threads go on with the old vertices, and so does a `Scene` of this tree until
-        its next `set_matrices`.
+        Queries that run meanwhile in other threads go on with the old vertices, and so does a `Scene` of this tree
+        until its next `set_matrices`.
 
         Raises GeometryError (shape, dtype), and ValueError for a kd_tree and for a tree that is built on demand; then
         everything stays as it was."""

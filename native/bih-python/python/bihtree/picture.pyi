@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import Tree
+from .scene import Scene
 
 __all__ = ["Camera", "render"]
 
@@ -28,7 +29,7 @@ class Camera:
     def height(self) -> int: ...
 
 def render(
-    scene: Tree,
+    scene: Tree | Scene,
     camera: Camera,
     *,
     passes: Sequence[str] = ...,
@@ -47,7 +48,7 @@ def render(
     tile: tuple[int, int, int, int] | None = None,
     progress: Callable[[float], bool | None] | None = None,
 ) -> dict[str, NDArray[Any]]:
-    """Trace one picture in one call, between the camera's clip planes.
+    """Trace one picture of a tree or of a scene in one call, between the camera's clip planes.
 
     passes, each (height, width, channels), first row at the bottom. float32: combined (4, scene-linear, multiplied by
     alpha), depth (1, along the viewing axis: from a perspective camera, from an orthographic one's near plane; inf for
@@ -78,11 +79,14 @@ def render(
     materials: (T,) int32, the material slot of each triangle: its surface is row first_surface + slot; None: all 0.
     corner_normals: (T, 3, 3) floats, normals at the corners of each triangle, of any length; None: flat. Neither is
         kept.
+    Of a Scene the objects are its instances, one row each without first_triangle, and the pass instance has their rows;
+    materials and corner_normals are sequences with one array or None for each of its trees, normals in the mesh's own
+    space. A picture of precision "fast" is decided exactly there.
     tile: (x, y, width, height) in pixels from the lower left: only that part, in its own size.
     progress: called on this thread with the share done, from 0 to 1; returning False cancels.
 
     The same bits for any number of threads, instruction set and tile.
 
-    Raises ValueError (an unknown pass, samples below 1), GeometryError (tile, lights, surfaces, a slot without one,
-    objects, materials, corner_normals, numbers that are not finite), Cancelled.
+    Raises TypeError (a scene that is neither), ValueError (an unknown pass, samples below 1), GeometryError (tile,
+    lights, surfaces, a slot without one, objects, materials, corner_normals, numbers that are not finite), Cancelled.
     """

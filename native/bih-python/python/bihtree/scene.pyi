@@ -17,12 +17,12 @@ class Scene:
 
     What is hit is the image M·v of a triangle of the mesh, and the ray is as it is given: the inverse of a matrix only
     leads through the mesh's tree, and what it may be off by is allowed for (docs/accuracy.md, section 9). In trees of
-    precision "exact" M·v is the real number that it is. In the others each coordinate of it is rounded once, to float64,
-    the same for all triangles that share a vertex, so that no ray passes between them; then everything is decided
-    exactly, also where precision is "fast". A triangle whose image has no area is not hit, nor is one whose image lies
-    beyond the largest float64. Of equal t the lower instance is hit, and in it the lower triangle. The scene keeps its
-    trees; any structure, layout and build will do, and several threads may query at once. A tree that is refitted is
-    shown as it was until `set_matrices`.
+    precision "exact" M·v is the real number that it is. In the others each coordinate of it is rounded once, to
+    float64, the same for all triangles that share a vertex, so that no ray passes between them; then everything is
+    decided exactly, also where precision is "fast". A triangle whose image has no area is not hit, nor is one whose
+    image lies beyond the largest float64. Of equal t the lower instance is hit, and in it the lower triangle. The
+    scene keeps its trees; any structure, layout and build will do, and several threads may query at once. A tree that
+    is refitted is shown as it was until `set_matrices`.
 
     An instance whose matrix has no inverse, or none that float64 can lead by, gets a tree of its own over the images of
     its triangles; stats.left_out["inverse"] says how many there are."""

@@ -1,0 +1,49 @@
+//! A scene as what a picture is traced in.
+
+use super::tracer::SceneTracer;
+use crate::build::Precision;
+use crate::geometry::{Corners, Ray, Vector};
+use crate::render::{Seen, Traced};
+use crate::traverse::{Counts, Stack};
+
+impl Traced for SceneTracer<'_> {
+    type Stack = Stack;
+
+    /// What is decided in single precision otherwise is decided exactly here.
+    fn precision(&self) -> Precision {
+        match self.scene.precision {
+            Precision::Fast | Precision::Watertight => Precision::Watertight,
+            Precision::Exact => Precision::Exact,
+        }
+    }
+
+    fn closest(&self, rays: &[Ray], stack: &mut Stack, seen: &mut [Option<Seen>]) {
+        SceneTracer::closest(self, rays, stack, seen);
+    }
+
+    fn occluded(&self, rays: &[Ray], stack: &mut Stack, hidden: &mut [bool]) {
+        SceneTracer::occluded(self, rays, stack, hidden);
+    }
+
+    fn all(&self, ray: &Ray, stack: &mut Stack, seen: &mut Vec<Seen>) {
+        SceneTracer::all(self, &[*ray], usize::MAX, stack, seen, &mut Vec::with_capacity(1));
+    }
+
+    fn cost(&self, rays: &[Ray], stack: &mut Stack, counts: &mut [Counts]) {
+        SceneTracer::cost(self, rays, stack, counts);
+    }
+
+    fn corners(&self, seen: &Seen) -> Corners {
+        let instance = &self.scene.instances[seen.instance as usize];
+        let model = &self.models[instance.model as usize];
+        instance.place.corners(&model.triangles.corners(seen.hit.triangle))
+    }
+
+    fn tree_of(&self, instance: u32) -> usize {
+        self.scene.instances[instance as usize].model as usize
+    }
+
+    fn normal_in_world(&self, instance: u32, normal: &Vector) -> Vector {
+        self.scene.instances[instance as usize].place.normal(normal)
+    }
+}
