@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable
-from dataclasses import fields
-from typing import Any
 
-import numpy as np
-
+from .content import have_same_content
 from .mesh import Mesh
 
 
@@ -37,18 +34,3 @@ class MeshCache:
         """Let go of what was not asked for since the last call: its object is gone."""
         self._meshes = {identity: kept for identity, kept in self._meshes.items() if identity in self._used}
         self._used.clear()
-
-
-def have_same_content(a: Mesh, b: Mesh) -> bool:
-    return all(_are_equal(getattr(a, field.name), getattr(b, field.name)) for field in fields(Mesh))
-
-
-def _are_equal(a: Any, b: Any) -> bool:
-    if not (isinstance(a, np.ndarray) and isinstance(b, np.ndarray)):
-        return bool(a == b)
-    # Bytes, because NaN is not itself: a mesh that has one is the same mesh all the same.
-    return a.dtype == b.dtype and a.shape == b.shape and _bytes(a) == _bytes(b)
-
-
-def _bytes(array: np.ndarray[Any, Any]) -> memoryview:
-    return np.ascontiguousarray(array).reshape(-1).view(np.uint8).data

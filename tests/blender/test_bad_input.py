@@ -189,3 +189,19 @@ def test_a_mesh_whose_library_is_gone(picture, tmp_path):
     library.unlink()
     bpy.ops.wm.open_mainfile(filepath=str(scene))
     assert "library.blend, which is missing" in noted("Shows it")
+
+
+def resident_pages() -> int:
+    return int(Path("/proc/self/statm").read_text().split()[1])
+
+
+def test_fifty_renders_leave_no_memory_behind(picture):
+    """The mesh is another one each time: after 50 renders at most 5 % more than after 5."""
+    mesh, after = add_mesh("Heavy", icosphere(5)).data, []
+    for number in range(50):
+        mesh.vertices[0].co.z += 0.1
+        mesh.update()
+        assert bpy.ops.render.render() == {"FINISHED"}
+        if number + 1 in (5, 50):
+            after.append(resident_pages())
+    assert after[1] <= 1.05 * after[0]

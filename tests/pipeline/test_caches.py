@@ -9,6 +9,7 @@ import pytest
 
 from addon.pipeline import prepared
 from addon.pipeline.camera import framing_view
+from addon.pipeline.content import have_same_content
 from addon.pipeline.mesh import Mesh
 from addon.pipeline.mesh_cache import MeshCache
 from addon.pipeline.scene import SceneData
@@ -73,6 +74,19 @@ def test_what_is_gone_is_forgotten():
     cache.forget_unused()
     assert cache.mesh("a", box) is first[0]
     assert cache.mesh("b", box) is not first[1]
+
+
+def test_the_same_scene_is_known_by_every_field():
+    scene = scene_of(box())
+    again = scene_of(box())
+    assert scene is not again and have_same_content(scene, again)
+    assert not have_same_content(scene, replace(scene, meshes=[changed(scene.meshes[0])]))
+    assert not have_same_content(scene, replace(scene, skipped=("one",)))
+    assert not have_same_content(scene, replace(scene, instance_matrix=2 * scene.instance_matrix))
+    assert not have_same_content(scene, replace(scene, lights=np.zeros(1, scene.lights.dtype)))
+    assert not have_same_content(scene, replace(scene, camera=None))
+    assert not have_same_content(scene, None)
+    assert not have_same_content([1, 2], (1, 2)) and not have_same_content([1, 2], [1])
 
 
 def scene_of(mesh: Mesh, matrix: np.ndarray | None = None) -> SceneData:
