@@ -22,7 +22,10 @@ LOCKS = PROJECT / "tests" / "hosts"
 HOSTS = PROJECT / "build" / "hosts"
 TESTS = PROJECT / "tests" / "blender"
 
-REAL_BLENDER = ("test_installed.py", "test_window.py", "test_viewport.py", "test_package.py")
+REAL_BLENDER = (
+    *("test_installed.py", "test_window.py", "test_viewport.py", "test_package.py"),
+    "test_overlay_window.py",
+)
 """These start a Blender of their own, whichever module there is."""
 SHORT = ("test_engine.py", "test_export.py", "test_registration.py")
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from .overlay import BOX_KINDS, EDGES, INNER, LEAF, UNBUILT, Kind, overlapping
 
-CHUNK = 1024
+CHUNK = 2048
 """Outlines of a chunk: a thousand chunks are looked at in a millisecond, and drawn in few calls."""
 
 SHOWN = ("planes", "boxes", "leaves")

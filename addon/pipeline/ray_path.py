@@ -134,7 +134,8 @@ def numbers(nodes: NDArray[np.void], row: int) -> list[tuple[str, str]]:
             ("Right starts", f"{right:.6g}"),
             (between.capitalize(), f"{abs(left - right):.6g}"),
         ]
-    rows += [(end.capitalize(), ", ".join(f"{x:.4g}" for x in node[end].tolist())) for end in ("lower", "upper")]
+    ends = zip("XYZ", node["lower"].tolist(), node["upper"].tolist(), strict=True)
+    rows += [(f"Box, {axis}", f"{lower:.4g} to {upper:.4g}") for axis, lower, upper in ends]
     rows.append(("Triangles", f"{node['count']:,}, from {node['first']:,} on"))
     return rows
 

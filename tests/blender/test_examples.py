@@ -12,6 +12,8 @@ import pytest
 import zstandard
 
 from addon.blender.scene_file import read_blend
+from addon.blender.trees import TREES
+from addon.pipeline import built
 from tests.meshes import shared_mesh
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -77,3 +79,29 @@ def test_source_and_licence_are_stated():
     for path in BLENDS:
         if path.parent.name == "examples":
             assert path.name in text
+
+
+OVERLAYS = [path for path in BLENDS if path.name.startswith("overlay-")]
+
+
+def test_there_is_one_for_each_way_to_look_at_a_tree():
+    names = {path.stem.removeprefix("overlay-") for path in OVERLAYS}
+    assert names == {"planes", "leaves", "construction", "ray", "on-demand", "cost", "compare", "mesh"}
+    assert all(path.stat().st_size < 300_000 for path in OVERLAYS)
+
+
+@pytest.mark.parametrize("path", OVERLAYS, ids=lambda path: path.name)
+def test_its_tree_can_be_built_and_looked_at(registered, path):
+    bpy.ops.wm.open_mainfile(filepath=str(path))
+    scene = bpy.context.scene
+    assert "sidebar" in bpy.data.texts["Read Me"].as_string()
+    assert bpy.ops.bih.build() == {"FINISHED"}
+    made, chosen = TREES.of(scene).main, scene.bih_overlay
+    assert made.rays > 0, "its camera sees it"
+    if path.stem == "overlay-mesh":
+        assert len(bpy.data.collections["Tree of Scene"].objects) > 4 and not chosen.is_shown
+    if path.stem == "overlay-on-demand":
+        assert 0.1 < built.unbuilt_share(made) < 0.9
+    if path.stem == "overlay-compare":
+        bpy.ops.bih.compare()
+        assert TREES.of(scene).other.tree.stats.structure == "kd_tree"

@@ -41,6 +41,7 @@ def set_up() -> Iterator[None]:
     viewport = w.area("VIEW_3D")
     view = viewport.spaces.active
     view.show_region_ui = True
+    view.show_gizmo = view.show_region_toolbar = False
     view.overlay.show_floor = view.overlay.show_axis_x = view.overlay.show_axis_y = False
     view.overlay.show_cursor = view.overlay.show_text = view.overlay.show_stats = False
     view.overlay.show_object_origins = False
@@ -70,8 +71,9 @@ def at(x: float, y: float) -> tuple[int, int]:
 
 
 def called(name: str, **options: object) -> set[str]:
+    """As a button calls it: what it changes can be undone."""
     with w.within(w.area("VIEW_3D")):
-        done: set[str] = getattr(bpy.ops.bih, name)("INVOKE_DEFAULT", **options)
+        done: set[str] = getattr(bpy.ops.bih, name)("INVOKE_DEFAULT", True, **options)
     return done
 
 
@@ -80,12 +82,14 @@ def steps() -> Iterator[None]:
 
     yield from set_up()
     viewport = w.area("VIEW_3D")
+    view = viewport.spaces.active.region_3d
     scene = bpy.context.scene
     chosen, trees = scene.bih_overlay, TREES.of(scene)
     yield from snap("before")
     yield from built()
-    place = w.region(viewport)
-    report["viewport"] = [place.x, place.y, place.width, place.height]
+    for name, kind in (("viewport", "WINDOW"), ("sidebar", "UI")):
+        place = w.region(viewport, kind)
+        report[name] = [place.x, place.y, place.width, place.height]
     chosen.last_depth = 4
     yield from snap("planes")
     chosen.last_depth = 9
@@ -97,17 +101,29 @@ def steps() -> Iterator[None]:
 
     assert called("pick_ray") == {"RUNNING_MODAL"}
     yield
-    w.press("LEFTMOUSE", *at(0.5, 0.55))
-    yield from snap("ray")
+    w.press("LEFTMOUSE", *at(0.42, 0.55))
+    yield from w.until(lambda: trees.path is not None)
     report["ray"] = [chosen.shown, len(trees.path.visited), trees.path.triangle]
-    called("select_node", to="parent")
+    front = view.view_rotation.copy()
+    view.view_rotation = front @ Quaternion((0.0, 1.0, 0.0), 0.9)
+    yield from snap("ray")
+    for _ in range(4):
+        called("select_node", to="parent")
+    chosen.shown = "nothing"
+    report["node"] = trees.selected
+    place = w.region(viewport, "UI")
+    for _ in range(30):
+        w.press("WHEELDOWNMOUSE", place.x + place.width // 3, place.y + place.height // 2)
     yield from snap("node")
+    for _ in range(60):
+        w.press("WHEELUPMOUSE", place.x + place.width // 3, place.y + place.height // 2)
     called("select_node", to="none")
+    view.view_rotation = front
 
     chosen.shown, chosen.first_depth, chosen.last_depth = "planes", 0, 2
     called("play_construction", pause=0.3)
     yield from w.until(lambda: chosen.last_depth >= 3)
-    yield from snap("play")
+    w.shot(folder / "play.png")
     report["played"] = chosen.last_depth
     w.press("ESC", *at(0.5, 0.5))
     yield from w.drawn(8)
@@ -121,9 +137,9 @@ def steps() -> Iterator[None]:
     yield from snap("cost")
     chosen.cost = False
 
-    scene.bih.build, scene.bih.leaf_size = "on_demand", 1
+    scene.bih.build, scene.bih.leaf_size, scene.camera.data.lens = "on_demand", 1, 190.0
     yield from built()
-    chosen.shown, chosen.last_depth = "planes", 9
+    chosen.shown, chosen.first_depth, chosen.last_depth = "leaves", 0, 32
     yield from snap("on-demand")
     scene.bih.build, scene.bih.leaf_size = "auto", 0
 
@@ -131,20 +147,39 @@ def steps() -> Iterator[None]:
     chosen.shown, chosen.first_depth, chosen.last_depth = "planes", 0, 5
     called("compare")
     yield from w.until(lambda: trees.other is not None)
-    viewport.spaces.active.region_3d.view_distance = 8.5
-    viewport.spaces.active.region_3d.view_location = (1.6, 0.0, 0.0)
+    view.view_distance, view.view_location = 9.0, (1.7, 0.0, -0.2)
     yield from snap("compare")
     called("free")
+    view.view_distance, view.view_location = 5.2, (0.0, 0.0, 0.0)
 
     scene.bih.structure = "kd_tree"
     yield from snap("kd-tree")
     scene.bih.structure = "bih"
     yield from built()
     chosen.is_shown = False
-    called("mesh_from_tree", last_depth=4)
     viewport.spaces.active.shading.color_type = "OBJECT"
+    bpy.ops.ed.undo_push(message="before the mesh")
+    yield from snap("mesh-before")
+    called("mesh_from_tree", last_depth=4)
     yield from snap("mesh")
+    press_undo()
+    yield from w.until(lambda: not any(each.name.startswith("Tree of") for each in bpy.data.collections))
+    yield from snap("mesh-undone")
+    report["trees"] = trees.main is not None
+
+    bpy.context.scene.render.engine = "BIH_PREVIEW"
+    place = w.region(w.area("PROPERTIES"))
+    report["properties"] = [place.x, place.y, place.width, place.height]
+    w.area("PROPERTIES").spaces[0].context = "RENDER"
+    yield from snap("properties")
     (folder / "report.json").write_text(json.dumps(report))
+
+
+def press_undo() -> None:
+    x, y = at(0.4, 0.5)
+    w.window().event_simulate(type="MOUSEMOVE", value="NOTHING", x=x, y=y)
+    for value in ("PRESS", "RELEASE"):
+        w.window().event_simulate(type="Z", value=value, x=x, y=y, ctrl=True)
 
 
 w.run(steps())
