@@ -14,7 +14,7 @@ import OpenImageIO
 PROJECT = Path(__file__).resolve().parent.parent
 SCREENSHOTS = PROJECT / "build" / "screenshots"
 IMAGES = PROJECT / "docs" / "images"
-WIDTH = 560
+WIDTH = 640
 """Pixels across of a picture of the viewport."""
 
 VIEWS = ("planes", "boxes", "leaves", "ray", "play", "cost", "on-demand", "compare", "mesh")

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from .overlay import BOX_KINDS, EDGES, INNER, LEAF, UNBUILT, Kind, overlapping
 
 CHUNK = 2048
-"""Outlines of a chunk: a thousand chunks are looked at in a millisecond, and drawn in few calls."""
+"""Outlines of a chunk: few enough to leave out what is not seen, and enough for few calls to the GPU."""
 
 SHOWN = ("planes", "boxes", "leaves")
 """Clip planes, and boxes where there are none; the box of every node; those of leaves alone."""

@@ -12,7 +12,7 @@ from .overlay_boxes import CORNERS, Chunk
 SMALL = 4.0
 """Pixels: an outline that is nowhere longer is drawn as a point, as one could not see what it is."""
 
-MOST_LINES = 60_000
+MOST_LINES = 30_000
 """Lines of a redraw where a processor draws: the largest outlines, all others are points. A line takes 0.4 µs there, a
 point 0.2, so that 100,000 boxes leave time for ten redraws a second (docs/decisions/overlay-viewport.md)."""
 

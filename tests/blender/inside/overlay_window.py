@@ -41,7 +41,7 @@ def set_up() -> Iterator[None]:
     viewport = w.area("VIEW_3D")
     view = viewport.spaces.active
     view.show_region_ui = True
-    view.show_gizmo = view.show_region_toolbar = False
+    view.show_gizmo = view.show_region_toolbar = view.show_region_hud = False
     view.overlay.show_floor = view.overlay.show_axis_x = view.overlay.show_axis_y = False
     view.overlay.show_cursor = view.overlay.show_text = view.overlay.show_stats = False
     view.overlay.show_object_origins = False
@@ -85,6 +85,7 @@ def steps() -> Iterator[None]:
     view = viewport.spaces.active.region_3d
     scene = bpy.context.scene
     chosen, trees = scene.bih_overlay, TREES.of(scene)
+    chosen.most_lines = 200_000  # the same picture whatever draws
     yield from snap("before")
     yield from built()
     for name, kind in (("viewport", "WINDOW"), ("sidebar", "UI")):
@@ -123,6 +124,7 @@ def steps() -> Iterator[None]:
     chosen.shown, chosen.first_depth, chosen.last_depth = "planes", 0, 2
     called("play_construction", pause=0.3)
     yield from w.until(lambda: chosen.last_depth >= 3)
+    yield
     w.shot(folder / "play.png")
     report["played"] = chosen.last_depth
     w.press("ESC", *at(0.5, 0.5))

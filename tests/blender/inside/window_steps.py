@@ -22,6 +22,7 @@ def run(steps: Iterator[None], *, pause: float = 0.1) -> None:
         return pause if more else None
 
     bpy.context.preferences.view.show_splash = False
+    bpy.context.preferences.system.viewport_aa = "FXAA"  # one look at the scene for a redraw, not eight
     bpy.app.timers.register(next_step, first_interval=1.0)
 
 
@@ -50,7 +51,7 @@ def press(kind: str, x: int = 400, y: int = 400) -> None:
     window().event_simulate(type=kind, value="RELEASE", x=x, y=y)
 
 
-def drawn(times: int = 4) -> Iterator[None]:
+def drawn(times: int = 3) -> Iterator[None]:
     """Everything once more, and time for it."""
     for a in window().screen.areas:
         a.tag_redraw()
