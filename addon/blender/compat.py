@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 import bpy
 import numpy as np
 
@@ -47,3 +50,18 @@ def light_notes(light: bpy.types.Light) -> list[str]:
 def uses_nodes(block: bpy.types.Material | bpy.types.World) -> bool:
     """From Blender 5.0 on every material and world has nodes, and the question is deprecated."""
     return bpy.app.version >= (5, 0, 0) or bool(block.use_nodes)
+
+
+@contextmanager
+def as_png(settings: bpy.types.ImageFormatSettings) -> Iterator[None]:
+    """Files are PNG of 8 bits with alpha meanwhile; from 5.0 on they are of a kind first."""
+    names = [name for name in ("media_type", "file_format", "color_mode", "color_depth") if hasattr(settings, name)]
+    before = {name: getattr(settings, name) for name in names}
+    wanted = {"media_type": "IMAGE", "file_format": "PNG", "color_mode": "RGBA", "color_depth": "8"}
+    try:
+        for name in names:
+            setattr(settings, name, wanted[name])
+        yield
+    finally:
+        for name in names:
+            setattr(settings, name, before[name])

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..pipeline import needs, preview
+from ..pipeline import image, needs, preview
 from ..pipeline.camera import framing_view
 from ..pipeline.errors import UserError
 from ..pipeline.mesh import bounds_of, read_npz
@@ -36,7 +36,7 @@ def run(source: Source, chosen: Mapping[str, Any], outputs: preview.Outputs) -> 
     preview.check_outputs(outputs)
     scene, settings, seconds = read(source, chosen, outputs.passes)
     traced = preview.trace(scene, settings, outputs=outputs, export_seconds=seconds, progress=_go_on)
-    preview.write(traced, scene, settings, outputs, progress=_go_on)
+    preview.write(traced, scene, settings, outputs, display=_display(source), progress=_go_on)
     table = needs.lines(traced.report["needs"])
     return [*preview.summary(traced.report), "", *table, *(f"note: {what}" for what in scene.skipped)]
 
@@ -59,6 +59,17 @@ def read(
             return scene, plain, seconds
         assert source.scene
         return scene_file.read_blend(source.scene, frame=source.frame, size=source.size, chosen=chosen, passes=passes)
+
+
+def _display(source: Source) -> image.Display | None:
+    """That of the file, which is open; meshes have none."""
+    if not source.scene:
+        return None
+    import bpy
+
+    from .display import Display
+
+    return Display(bpy.context.scene)
 
 
 def _read_npz(path: Path, width: int, height: int) -> SceneData:

@@ -6,7 +6,7 @@ imported when a file is read or written, so that rendering works in a Blender wi
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -85,16 +85,27 @@ def _to_bytes(values: NDArray[np.float64]) -> NDArray[np.uint8]:
     return (values * 255.0 + 0.5).astype(np.uint8)
 
 
-def write_picture(path: Path, picture: NDArray[np.float32]) -> None:
+Display = Callable[[NDArray[np.float32]], NDArray[np.uint8]]
+"""Makes of a scene-linear premultiplied picture (H, W, 4) finished pixels (H, W, 4) with straight alpha."""
+
+
+def write_picture(path: Path, picture: NDArray[np.float32], display: Display | None = None) -> None:
     """Write a scene-linear premultiplied picture (H, W, 4) as a plain image.
 
-    8-bit formats get sRGB, with straight alpha where they have one; linear formats get the colours over black. A
-    failure (OSError) leaves what was written so far: write through `written_beside`.
+    8-bit formats get what `display` makes of it, None: sRGB, with straight alpha where they have one, else over black;
+    linear formats get the colours over black. A failure (OSError) leaves what was written so far: write through
+    `written_beside`.
     """
     if path.suffix.lower() in LINEAR:
         _write(path, picture[..., :3], {})
-    else:
-        write_srgb8(path, to_srgb8(picture, alpha=bool(_output(path).supports("alpha"))))
+        return
+    has_alpha = bool(_output(path).supports("alpha"))
+    if display is None:
+        write_srgb8(path, to_srgb8(picture, alpha=has_alpha))
+        return
+    # What is over black before it is displayed has no alpha left to lose.
+    opaque = picture if has_alpha else np.concatenate([picture[..., :3], np.ones_like(picture[..., 3:])], axis=2)
+    write_srgb8(path, display(opaque)[..., : 4 if has_alpha else 3])
 
 
 def write_srgb8(path: Path, pixels: NDArray[np.uint8]) -> None:

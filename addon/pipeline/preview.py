@@ -99,9 +99,16 @@ def trace(
 
 
 def write(
-    preview: Preview, scene: SceneData, settings: Settings, outputs: Outputs, *, progress: Progress | None = None
+    preview: Preview,
+    scene: SceneData,
+    settings: Settings,
+    outputs: Outputs,
+    *,
+    display: image.Display | None = None,
+    progress: Progress | None = None,
 ) -> None:
-    """Write all files of `outputs`, or none: they get their names when the last one is finished.
+    """Write all files of `outputs`, or none: they get their names when the last one is finished. Plain pictures show
+    what `display` makes of the combined pass; None: sRGB.
 
     Raises UserError where a file cannot be written, and bihtree.Cancelled where `progress` returns False.
     """
@@ -125,7 +132,7 @@ def write(
             elif path.suffix.lower() in image.MULTILAYER:
                 image.write_passes(beside, {name: preview.passes[name] for name in settings.passes})
             else:
-                image.write_picture(beside, preview.passes["combined"])
+                image.write_picture(beside, preview.passes["combined"], display)
         _tell(progress, "write", 1.0)
 
 
