@@ -71,7 +71,9 @@ def read_mesh_file(path: Path, width: int, height: int) -> tuple[SceneData, floa
     for mesh in exported.meshes:
         mesh.check_finite()
     vertices, _ = exported.flatten()
-    return replace(exported, name=path.stem, camera=framing_view(bounds_of(vertices), width, height)), seconds
+    view = framing_view(bounds_of(vertices), width, height)
+    # A mesh file says nothing of a world: what Blender starts with is not shown behind it.
+    return replace(exported, name=path.stem, camera=view, world=None), seconds
 
 
 def rendered_scene(
