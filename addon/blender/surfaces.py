@@ -54,10 +54,10 @@ class Surfaces:
         return base or (red, green, blue), emission or (0.0, 0.0, 0.0), material.pass_index
 
 
-def world_colour(world: bpy.types.World | None) -> tuple[Colour, str]:
-    """The scene-linear radiance of the world, and a note where it is simplified. Without a world all is black."""
+def world_colour(world: bpy.types.World | None) -> tuple[Colour | None, str]:
+    """The scene-linear radiance of the world, None where there is no world, and a note where it is simplified."""
     if world is None:
-        return (0.0, 0.0, 0.0), ""
+        return None, ""
     plain = tuple(world.color)
     if not uses_nodes(world):
         return plain, ""

@@ -40,7 +40,8 @@ class SceneData:
     """Meshes in object space, and instances of them: row i shows meshes[instance_mesh[i]] through
     instance_matrix[i] (4, 4) float64, object to world, as objects[i] (OBJECT_DTYPE) says; None: all are plain.
     `surfaces` (SURFACE_DTYPE) are those of the material slots; none: all is grey. `world` is the scene-linear radiance
-    all around; None: it is not known. `skipped` names what is not traced, and why."""
+    all around; None: there is none, and a dim headlight fills what lights do not reach. `skipped` names what is not
+    traced, and why."""
 
     meshes: Sequence[Mesh]
     instance_mesh: NDArray[np.int32]

@@ -176,7 +176,7 @@ def test_a_collection_that_is_held_out(scene):
 
 def test_the_world(scene):
     scene.world = None
-    assert exported().world == (0, 0, 0)
+    assert exported().world is None
     world = scene.world = bpy.data.worlds.new("Sky")
     if not world.node_tree:
         world.use_nodes = True
