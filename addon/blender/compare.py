@@ -65,6 +65,7 @@ class BIH_OT_cost_map(ModalWork, bpy.types.Operator):
 
     def finished(self, context: bpy.types.Context, result: Any) -> str:
         TREES.of(context.scene).cost = result
+        TREES.of(context.scene).read_again()
         context.scene.bih_overlay.cost = True
         redraw(context)
         return f"BIH: from {result.least:,} to {result.most:,} nodes and triangles for a ray"

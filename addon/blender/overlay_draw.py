@@ -56,7 +56,8 @@ class Overlay:
 
     def __init__(self) -> None:
         self._handles: list[Any] = []
-        self._layers: Any = None
+        self._layers: dict[int, Any] = {}
+        """Layers by scene."""
 
     def start(self) -> None:
         view = bpy.types.SpaceView3D
@@ -70,36 +71,33 @@ class Overlay:
 
     def forget(self) -> None:
         """What the GPU has."""
-        self._layers = None
+        self._layers.clear()
 
     def draw_view(self) -> None:
         """Called by Blender for each viewport, with its matrices set."""
         scene = bpy.context.scene
         trees, chosen = TREES.of(scene), scene.bih_overlay
         if trees.main is None:
-            self.forget()
+            self._layers.pop(scene.session_uid, None)
             return
         if not chosen.is_shown or not _shows_overlays():
             return
         import gpu
 
-        from .overlay_layers import Layers
-
-        if self._layers is None:
-            self._layers = Layers()
+        layers = self._layers_of(scene)
         gpu.state.blend_set("ALPHA")
         gpu.state.depth_mask_set(False)
-        self._draw_meshes(trees, chosen)
-        self._draw_tree("main", trees, chosen, None)
+        _draw_meshes(layers, trees, chosen)
+        _draw_tree(layers, "main", trees, chosen, None)
         if trees.other is not None:
             from .overlay_layers import beside
 
-            self._draw_tree("other", trees, chosen, beside(trees))
+            _draw_tree(layers, "other", trees, chosen, beside(trees))
         gpu.state.depth_test_set("NONE")
         if chosen.shown == "ray" and trees.path is not None:
-            self._draw_path(trees)
+            _draw_path(layers, trees)
         if trees.selected >= 0:
-            self._draw_selected(trees)
+            _draw_selected(layers, trees)
         gpu.state.depth_mask_set(True)
         gpu.state.blend_set("NONE")
 
@@ -107,63 +105,23 @@ class Overlay:
         """The legend, and what stands beside nodes; called with one unit a pixel."""
         scene = bpy.context.scene
         chosen, trees = scene.bih_overlay, TREES.of(scene)
-        if trees.main is not None and chosen.is_shown and chosen.legend and _shows_overlays():
-            from . import overlay_text
-
-            overlay_text.draw(bpy.context, trees, chosen)
-
-    def _draw_meshes(self, trees: SceneTrees, chosen: bpy.types.PropertyGroup) -> None:
-        from . import overlay_layers
-
-        if trees.other is not None:
-            mesh = self._layers.layer(
-                "other mesh", (trees.other,), lambda: _mesh_batch(overlay_layers.other_mesh(trees))
-            )
-            _draw_mesh(mesh)
-        if chosen.cost and trees.cost is not None:
-            mesh = self._layers.layer("cost", (trees.cost,), lambda: _mesh_batch(overlay_layers.cost_mesh(trees)))
-            _draw_mesh(mesh)
-
-    def _draw_tree(
-        self, name: str, trees: SceneTrees, chosen: bpy.types.PropertyGroup, move: NDArray[Any] | None
-    ) -> None:
-        from . import overlay_layers
-
-        built: Any = trees.main if move is None else trees.other
-        if chosen.shown not in {"planes", "boxes", "leaves"}:
+        if trees.main is None or not (chosen.is_shown and chosen.legend and _shows_overlays()):
             return
-        made_of = (built.nodes, chosen.shown, chosen.first_depth, chosen.last_depth)
-        if chosen.filled and chosen.shown == "planes":
-            filled = self._layers.layer(
-                f"{name} faces",
-                made_of,
-                lambda: [(part, _batch("TRIS", part.corners)) for part in overlay_layers.faces(built, chosen, move)],
-            )
-            _draw_faces(filled, in_front=chosen.in_front)
-        drawn = self._layers.layer(name, made_of, lambda: Drawn(overlay_layers.outlines(built, chosen, move)))
-        _draw_outlines(drawn, in_front=chosen.in_front)
+        from ..pipeline import overlay_legend_lines
+        from . import overlay_text
 
-    def _draw_path(self, trees: SceneTrees) -> None:
-        from . import overlay_layers
-
-        drawn = self._layers.layer("path", (trees.path, trees.main), lambda: Drawn(overlay_layers.path_outlines(trees)))
-        _draw_outlines(drawn, in_front=True)
-        ends = trees.path.ends.astype(np.float32)
-        _draw_wide(_batch("LINES", ends, wide=True), (*style.RAY_COLOUR, 1.0), 3.0)
-
-    def _draw_selected(self, trees: SceneTrees) -> None:
-        from ..pipeline.overlay import EDGES
-        from . import overlay_layers
-
-        box = overlay_layers.selected_box(trees)[EDGES].reshape(-1, 3)
-        _draw_wide(_batch("LINES", box, wide=True), (*style.SELECTED_COLOUR, 1.0), 2.5)
-        drawn = self._layers.layer(
-            "selected", (trees.main, trees.selected), lambda: Drawn(overlay_layers.selected_outlines(trees))
+        nodes, shown, first, last = trees.main.nodes, chosen.shown, chosen.first_depth, chosen.last_depth
+        entries = self._layers_of(scene).layer(
+            "legend",
+            (nodes, shown, first, last, trees.path),
+            lambda: overlay_legend_lines.entries(nodes, shown, first, last, path=trees.path),
         )
-        for part in drawn.batches:
-            if part.chunk.kind in (style.Kind.LEFT, style.Kind.RIGHT):
-                corners = part.chunk.corners.reshape(-1, 3)[part.chunk.edges].reshape(-1, 3)
-                _draw_wide(_batch("LINES", corners, wide=True), (*style.VIEWPORT_COLOURS[part.chunk.kind], 1.0), 2.5)
+        overlay_text.draw(bpy.context, trees, chosen, entries)
+
+    def _layers_of(self, scene: bpy.types.Scene) -> Any:
+        from .overlay_layers import Layers
+
+        return self._layers.setdefault(scene.session_uid, Layers())
 
 
 OVERLAY = Overlay()
@@ -188,6 +146,61 @@ def most_lines(chosen: bpy.types.PropertyGroup) -> int:
         return int(chosen.most_lines)
     is_software = any(name in gpu.platform.renderer_get() for name in ("llvmpipe", "softpipe", "SwiftShader"))
     return MOST_LINES if is_software else MOST_LINES_OF_A_GPU
+
+
+def _draw_meshes(layers: Any, trees: SceneTrees, chosen: bpy.types.PropertyGroup) -> None:
+    from . import overlay_layers
+
+    if trees.other is not None:
+        mesh = layers.layer("other mesh", (trees.other,), lambda: _mesh_batch(overlay_layers.other_mesh(trees)))
+        _draw_mesh(mesh)
+    if chosen.cost and trees.cost is not None:
+        mesh = layers.layer("cost", (trees.cost,), lambda: _mesh_batch(overlay_layers.cost_mesh(trees)))
+        _draw_mesh(mesh)
+
+
+def _draw_tree(
+    layers: Any, name: str, trees: SceneTrees, chosen: bpy.types.PropertyGroup, move: NDArray[Any] | None
+) -> None:
+    from . import overlay_layers
+
+    built: Any = trees.main if move is None else trees.other
+    if chosen.shown not in {"planes", "boxes", "leaves"}:
+        return
+    made_of = (built.nodes, chosen.shown, chosen.first_depth, chosen.last_depth)
+    if chosen.filled and chosen.shown == "planes":
+        filled = layers.layer(
+            f"{name} faces",
+            made_of,
+            lambda: [(part, _batch("TRIS", part.corners)) for part in overlay_layers.faces(built, chosen, move)],
+        )
+        _draw_faces(filled, in_front=chosen.in_front)
+    drawn = layers.layer(name, made_of, lambda: Drawn(overlay_layers.outlines(built, chosen, move)))
+    _draw_outlines(drawn, in_front=chosen.in_front)
+
+
+def _draw_path(layers: Any, trees: SceneTrees) -> None:
+    from . import overlay_layers
+
+    drawn = layers.layer("path", (trees.path,), lambda: Drawn(overlay_layers.path_outlines(trees)))
+    _draw_outlines(drawn, in_front=True)
+    ends = trees.path.ends.astype(np.float32)
+    _draw_wide(_batch("LINES", ends, wide=True), (*style.RAY_COLOUR, 1.0), 3.0)
+
+
+def _draw_selected(layers: Any, trees: SceneTrees) -> None:
+    from ..pipeline.overlay import EDGES
+    from . import overlay_layers
+
+    box = overlay_layers.selected_box(trees)[EDGES].reshape(-1, 3)
+    _draw_wide(_batch("LINES", box, wide=True), (*style.SELECTED_COLOUR, 1.0), 2.5)
+    drawn = layers.layer(
+        "selected", (trees.main.nodes, trees.selected), lambda: Drawn(overlay_layers.selected_outlines(trees))
+    )
+    for part in drawn.batches:
+        if part.chunk.kind in (style.Kind.LEFT, style.Kind.RIGHT):
+            corners = part.chunk.corners.reshape(-1, 3)[part.chunk.edges].reshape(-1, 3)
+            _draw_wide(_batch("LINES", corners, wide=True), (*style.VIEWPORT_COLOURS[part.chunk.kind], 1.0), 2.5)
 
 
 def _shows_overlays() -> bool:

@@ -7,7 +7,7 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ..pipeline import cost_map, overlay_legend_lines
+from ..pipeline import cost_map
 from ..pipeline import overlay_style as style
 from .properties import STRUCTURE_TEXT
 from .trees import SceneTrees
@@ -18,7 +18,9 @@ PANEL = (0.05, 0.05, 0.05, 0.72)
 INK = (0.95, 0.95, 0.95, 1.0)
 
 
-def draw(context: bpy.types.Context, trees: SceneTrees, chosen: bpy.types.PropertyGroup) -> None:
+def draw(
+    context: bpy.types.Context, trees: SceneTrees, chosen: bpy.types.PropertyGroup, entries: list[tuple[Any, str]]
+) -> None:
     """Lower left, beside the toolbar; the names of two structures stand above them."""
     import blf
     import gpu
@@ -28,10 +30,6 @@ def draw(context: bpy.types.Context, trees: SceneTrees, chosen: bpy.types.Proper
     gpu.state.blend_set("ALPHA")
     left, bottom = _free_corner(context, unit)
     has_scale = chosen.cost and trees.cost is not None
-    assert trees.main is not None
-    entries = overlay_legend_lines.entries(
-        trees.main.nodes, chosen.shown, chosen.first_depth, chosen.last_depth, path=trees.path
-    )
     top = _draw_entries(entries, left, bottom, unit)
     if has_scale:
         _draw_scale(trees.cost, left, top + 10 * unit, unit)

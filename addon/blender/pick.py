@@ -100,9 +100,9 @@ def pick(context: bpy.types.Context, origin: Any, direction: Any) -> str:
     made, trees = built_tree(context), TREES.of(context.scene)
     if not any(direction):
         raise UserError("direction is (0, 0, 0); give one that points somewhere")
-    trees.path = ray_path(made.tree, origin, direction, limit=MOST_NODES)
-    if made.tree.stats.build == "on_demand":
-        made.read_nodes()
+    path = ray_path(made.tree, origin, direction, limit=MOST_NODES)
+    trees.read_again()
+    trees.path = path
     trees.selected = int(trees.path.visited[-1]) if len(trees.path.visited) else -1
     context.scene.bih_overlay.shown = "ray"
     redraw(context)

@@ -24,6 +24,12 @@ class SceneTrees:
     selected: int = -1
     cost: CostMap | None = None
 
+    def read_again(self) -> None:
+        """Rays may have built more of a tree on demand: its nodes have other rows then."""
+        if self.main is not None and self.main.tree.stats.build == "on_demand":
+            self.main.read_nodes()
+            self.path, self.selected = None, -1
+
     def free(self) -> None:
         self.__init__()  # type: ignore[misc]
 

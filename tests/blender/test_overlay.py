@@ -12,7 +12,7 @@ from addon.blender.overlay_properties import BihOverlaySettings
 from addon.blender.trees import TREES
 from addon.pipeline.errors import UserError
 from tests.blender.scenes import add, add_camera, add_mesh, depsgraph
-from tests.meshes import icosphere
+from tests.meshes import Triangles, icosphere
 
 
 @pytest.fixture
@@ -53,6 +53,47 @@ def test_a_picked_ray_builds_what_it_comes_to(registered):
     assert len(trees.main.nodes) > before
     assert trees.main.nodes["kind"][trees.selected] == 1
     assert (trees.main.nodes["kind"] == 2).any()
+
+
+def test_costs_show_what_their_rays_have_built(registered):
+    add_mesh("Ball", icosphere(5))
+    add_camera((0.0, 0.0, 5.0))
+    registered.bih.build, registered.bih.leaf_size = "on_demand", 1
+    registered.camera.data.lens = 900.0
+    bpy.ops.bih.build()
+    bpy.ops.bih.pick_ray(origin=(0.1, 0.2, 5.0), direction=(0.0, 0.0, -1.0))
+    trees = TREES.of(registered)
+    before = len(trees.main.nodes)
+    bpy.ops.bih.cost_map()
+    assert len(trees.main.nodes) > before
+    assert (trees.path, trees.selected) == (None, -1), "rows of other nodes now"
+
+
+def test_a_mesh_without_area_has_nothing_to_show(registered):
+    from addon.pipeline import overlay_legend_lines
+
+    add_mesh("Flat", Triangles(np.zeros((3, 3), np.float32), np.array([[0, 1, 2]], np.int32)))
+    assert bpy.ops.bih.build() == {"FINISHED"}
+    trees = TREES.of(registered)
+    for shown in ("planes", "boxes", "leaves"):
+        registered.bih_overlay.shown = shown
+        assert overlay_layers.outlines(trees.main, registered.bih_overlay, None) is not None
+        assert overlay_layers.faces(trees.main, registered.bih_overlay, None) == []
+        overlay_legend_lines.entries(trees.main.nodes, shown, 0, 9)
+    bpy.ops.bih.pick_ray(origin=(0.0, 0.0, 5.0), direction=(0.0, 0.0, -1.0))
+    assert not trees.path.is_hit and np.isfinite(trees.path.ends).all()
+
+
+def test_choices_can_be_undone(ball):
+    """And the tree stays."""
+    ball.bih.samples, ball.bih_overlay.last_depth = 5, 3
+    bpy.ops.ed.undo_push(message="first")
+    ball.bih.samples, ball.bih_overlay.last_depth = 9, 8
+    bpy.ops.ed.undo_push(message="second")
+    bpy.ops.ed.undo()
+    scene = bpy.context.scene
+    assert (scene.bih.samples, scene.bih_overlay.last_depth) == (5, 3)
+    assert TREES.of(scene).main is not None
 
 
 def test_from_node_to_node(ball):

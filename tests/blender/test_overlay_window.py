@@ -160,5 +160,10 @@ def test_a_mesh_of_the_tree_can_be_undone(screen: Screen) -> None:
     assert screen.report["trees"], "undo leaves the built tree"
 
 
+def test_escape_ends_a_build(screen: Screen) -> None:
+    assert screen.report["builds"] == 1, "it runs in a thread of its own while the window goes on"
+    assert screen.report["escaped"], "and leaves the tree that was there"
+
+
 def test_the_render_properties_have_the_same_choices(screen: Screen) -> None:
     assert screen.changed("properties", "mesh-undone", "properties") > 10 * SWATCH

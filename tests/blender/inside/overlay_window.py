@@ -5,6 +5,7 @@ FOLDER/report.json is written last: where the 3D viewport is, and what was count
 
 import json
 import sys
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -168,6 +169,19 @@ def steps() -> Iterator[None]:
     yield from w.until(lambda: not any(each.name.startswith("Tree of") for each in bpy.data.collections))
     yield from snap("mesh-undone")
     report["trees"] = trees.main is not None
+
+    # a build of some seconds goes on beside the window, and Escape ends it
+    bpy.context.scene.objects["Suzanne"].modifiers["Smooth"].levels = 5
+    bpy.context.scene.bih.structure, former = "kd_tree", trees.main
+    called("build")
+    yield
+    report["builds"] = [thread.name for thread in threading.enumerate()].count("BIH build")
+    w.press("ESC", *at(0.5, 0.5))
+    yield from w.until(lambda: "BIH build" not in [thread.name for thread in threading.enumerate()])
+    yield from w.drawn()
+    report["escaped"] = trees.main is former
+    bpy.context.scene.objects["Suzanne"].modifiers["Smooth"].levels = 2
+    bpy.context.scene.bih.structure = "bih"
 
     bpy.context.scene.render.engine = "BIH_PREVIEW"
     place = w.region(w.area("PROPERTIES"))
