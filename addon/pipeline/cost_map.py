@@ -15,7 +15,7 @@ RAMP = np.array(
 """sRGB from little to much: five stops of viridis (CC0), whose lightness grows evenly, also for colour-blind eyes."""
 
 MOST = 0.99
-"""The share of the vertices that the scale covers; the few above have the last colour."""
+"""The share of the vertices or pixels that the scale covers; the few above have the last colour."""
 
 
 @dataclass(frozen=True)
@@ -56,6 +56,6 @@ def cost_map(
 
 
 def ramp(share: NDArray[np.floating[Any]]) -> NDArray[np.float64]:
-    """(N, 3) the colours of shares (N,) from 0 to 1."""
+    """(…, 3) the colours of shares from 0 to 1."""
     stops = np.linspace(0.0, 1.0, len(RAMP))
-    return np.stack([np.interp(share, stops, channel) for channel in RAMP.T], axis=1)
+    return np.stack([np.interp(share, stops, channel) for channel in RAMP.T], axis=-1)

@@ -3,21 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .cost_map import MOST, ramp
 from .overlay_legend import SWATCH, fitted, panel_of
 from .overlay_picture import freest_corner
-
-RAMP = np.array(
-    [(0.27, 0.00, 0.33), (0.23, 0.32, 0.55), (0.13, 0.57, 0.55), (0.37, 0.79, 0.38), (0.99, 0.91, 0.14)], np.float64
-)
-"""sRGB from little to much: five stops of viridis (CC0), whose lightness grows evenly, also for colour-blind eyes."""
-
-MOST = 0.99
-"""The share of the pixels that the scale covers; the few above have the last colour."""
 
 STEPS = 5
 """Colours in the legend."""
@@ -43,12 +35,6 @@ def colours(cost: NDArray[np.float32]) -> NDArray[np.float64]:
 def scale(cost: NDArray[np.float32]) -> float:
     """The nodes and triangles together that have the last colour: at least 1."""
     return max(1.0, float(np.quantile(cost.sum(axis=2), MOST)))
-
-
-def ramp(share: NDArray[np.floating[Any]]) -> NDArray[np.float64]:
-    """(…, 3) the colours of shares from 0 to 1."""
-    stops = np.linspace(0.0, 1.0, len(RAMP))
-    return np.stack([np.interp(share, stops, channel) for channel in RAMP.T], axis=-1)
 
 
 def legend_texts(cost: NDArray[np.float32], caption: Mapping[str, str]) -> list[str]:

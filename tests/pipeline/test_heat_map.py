@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from addon.pipeline import heat_map, image, preview
+from addon.pipeline import cost_map, heat_map, image, preview
 from addon.pipeline.settings import Settings
 from tests.pipeline.test_preview import two_boxes
 
@@ -21,7 +21,7 @@ def test_lightness_grows_with_the_work() -> None:
     shown = heat_map.colours(cost())[0] @ (0.2126, 0.7152, 0.0722)
     assert (np.diff(shown) >= 0).all()
     assert shown[-1] > shown[0] + 0.7
-    assert (heat_map.colours(np.zeros((2, 2, 2), np.float32)) == heat_map.RAMP[0]).all()
+    assert (heat_map.colours(np.zeros((2, 2, 2), np.float32)) == cost_map.RAMP[0]).all()
 
 
 def test_the_legend_says_what_was_counted() -> None:
