@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from addon.blender import classes
 from addon.report import databases, scenes
+from addon.report.shapes import Shape, part_of
 from addon.report.view import Scene
 from tools.make_examples import EXAMPLES, add, looking, mesh_of
 
@@ -107,6 +108,7 @@ def save(name: str, example: Example) -> None:
     scene = bpy.context.scene
     made = example.make()
     if made is not None:
+        made = made._replace(mesh=without_ground(made.mesh))
         add(name.capitalize(), mesh_of(name.capitalize(), upright(made), made.mesh.triangles.tolist()))
     for group, chosen in ((scene.bih, example.tree), (scene.bih_overlay, example.overlay)):
         for choice, value in chosen.items():
@@ -122,14 +124,22 @@ def save(name: str, example: Example) -> None:
     print(f"{path}: {path.stat().st_size:,} bytes, saved by Blender {bpy.app.version_string}")
 
 
+def without_ground(mesh: Shape) -> Shape:
+    """The mesh without the few large triangles that some of these scenes stand on: all else would be small."""
+    corners = mesh.vertices[mesh.triangles].astype(np.float64)
+    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+    return part_of(mesh, longest < 0.4 * np.ptp(corners.reshape(-1, 3), axis=0).max())
+
+
 def upright(scene: Scene) -> NDArray[np.float64]:
     """Z up, two metres large, around the origin."""
     up = int(np.argmax(np.abs(scene.view.up)))
     points = scene.mesh.vertices.astype(np.float64)
+    used = np.unique(scene.mesh.triangles)
     if up == 1:
         points = np.stack([points[:, 0], -points[:, 2], points[:, 1]], axis=1)
-    points -= (points.min(axis=0) + points.max(axis=0)) / 2
-    scaled: NDArray[np.float64] = points * (2.0 / np.ptp(points, axis=0).max())
+    points -= (points[used].min(axis=0) + points[used].max(axis=0)) / 2
+    scaled: NDArray[np.float64] = points * (2.0 / np.ptp(points[used], axis=0).max())
     return scaled
 
 

@@ -38,7 +38,7 @@ def shown(depsgraph: bpy.types.Depsgraph | None = None, *, threads: int = 0, **o
     several instances show has one tree. It stays as it is when Blender's scene changes.
 
     `threads`: of construction and queries; 0: all. `options` are others of bihtree.Tree: structure, layout, build,
-    heuristic, precision ("watertight" or "fast"), leaf_size.
+    heuristic, precision, leaf_size.
 
     Raises UserError for a vertex that is not finite, where there are no triangles, and where bihtree is
     missing; ValueError for options that do not go together.
