@@ -23,6 +23,8 @@ class BIH_OT_compare(ModalWork, bpy.types.Operator):
         "Build Other Structure over the same mesh, and show both side by side: the time and memory of another build"
     )
 
+    _made: Any = None
+
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         return TREES.of(context.scene).main is not None
@@ -30,14 +32,14 @@ class BIH_OT_compare(ModalWork, bpy.types.Operator):
     def started(self, context: bpy.types.Context) -> Worker[Any]:
         from ..pipeline import built
 
-        made = built_tree(context)
+        made = self._made = built_tree(context)
         settings = other_settings(settings_of(context.scene), context.scene.bih_overlay.other_structure)
         return Worker("BIH compare", lambda told: built.rebuilt(made, settings, told=told))
 
     def finished(self, context: bpy.types.Context, result: Any) -> str:
+        first, second = unchanged(context, self._made).tree.stats, result.tree.stats
         TREES.of(context.scene).other = result
         redraw(context)
-        first, second = built_tree(context).tree.stats, result.tree.stats
         return (
             f"BIH: {first.structure} {first.build_seconds:.3f} s, {first.tree_bytes:,} bytes; "
             f"{second.structure} {second.build_seconds:.3f} s, {second.tree_bytes:,} bytes"
@@ -52,6 +54,8 @@ class BIH_OT_cost_map(ModalWork, bpy.types.Operator):
         "that it tests. Takes about a second of time for a million vertices, 4 bytes of memory each"
     )
 
+    _made: Any = None
+
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         return TREES.of(context.scene).main is not None
@@ -59,16 +63,24 @@ class BIH_OT_cost_map(ModalWork, bpy.types.Operator):
     def started(self, context: bpy.types.Context) -> Worker[Any]:
         from ..pipeline.cost_map import cost_map
 
-        made = built_tree(context)
+        made = self._made = built_tree(context)
         eye, along = eye_of(context)
         return Worker("BIH cost", lambda _told: cost_map(made.tree, made.vertices, eye, along))
 
     def finished(self, context: bpy.types.Context, result: Any) -> str:
+        unchanged(context, self._made)
         TREES.of(context.scene).cost = result
         TREES.of(context.scene).read_again()
         context.scene.bih_overlay.cost = True
         redraw(context)
         return f"BIH: from {result.least:,} to {result.most:,} nodes and triangles for a ray"
+
+
+def unchanged(context: bpy.types.Context, made: Any) -> Any:
+    """The tree that the work was about. Raises UserError where it was freed or built again meanwhile."""
+    if TREES.of(context.scene).main is not made:
+        raise UserError("the tree was freed or built again meanwhile; start again")
+    return made
 
 
 def other_settings(settings: Settings, structure: str) -> Settings:

@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 import pytest
 
-from addon.blender import overlay_layers, scripting
+from addon.blender import compare, overlay_layers, scripting
 from addon.blender.overlay_properties import BihOverlaySettings
 from addon.blender.trees import TREES
 from addon.pipeline.errors import UserError
@@ -144,6 +144,15 @@ def test_the_cost_map_is_that_of_the_camera(ball):
     ball.camera = None
     with pytest.raises(RuntimeError, match="no view"):
         bpy.ops.bih.cost_map()
+
+
+def test_work_on_a_tree_that_is_gone_is_dropped(ball):
+    trees = TREES.of(ball)
+    made = trees.main
+    assert compare.unchanged(bpy.context, made) is made
+    bpy.ops.bih.build()
+    with pytest.raises(UserError, match="built again"):
+        compare.unchanged(bpy.context, made)
 
 
 def test_layers_are_made_again_only_when_what_they_are_made_of_changes(ball):
