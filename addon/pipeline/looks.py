@@ -1,4 +1,4 @@
-"""How what is traced looks: what bihtree.render is given beside the triangles, for a scene that was flattened."""
+"""How what is traced looks: what bihtree.render is given beside the triangles, flattened or not."""
 
 from __future__ import annotations
 
@@ -61,12 +61,16 @@ def surroundings(scene: SceneData, settings: Settings) -> dict[str, Any]:
     return given
 
 
-def objects(scene: SceneData, passes: Collection[str], *, has_surfaces: bool) -> NDArray[np.void] | None:
-    """One row an instance, with its first triangle among all; None where nothing asks for them."""
+def objects(
+    scene: SceneData, passes: Collection[str], *, has_surfaces: bool, flat: bool = True
+) -> NDArray[np.void] | None:
+    """One row an instance, of a flattened scene with its first triangle among all; None where nothing asks for them."""
     own = scene.objects
     is_plain = own is None or not own["flags"].any()
     if is_plain and not has_surfaces and not BY_OBJECT & set(passes):
         return None
+    if not flat:
+        return np.zeros(len(scene.instance_mesh), OBJECT_DTYPE) if own is None else own
     rows = np.zeros(len(scene.instance_mesh), RANGED_DTYPE)
     counts = [len(scene.meshes[row].triangles) for row in scene.instance_mesh]
     rows["first_triangle"][1:] = np.cumsum(counts)[:-1]
@@ -76,8 +80,11 @@ def objects(scene: SceneData, passes: Collection[str], *, has_surfaces: bool) ->
     return rows
 
 
-def materials(scene: SceneData) -> NDArray[np.int32] | None:
-    """(T,) the slot of each triangle; None where all are the first."""
+def materials(scene: SceneData, *, flat: bool = True) -> NDArray[np.int32] | list[NDArray[np.int32] | None] | None:
+    """(T,) the slot of each triangle, or not `flat` one array or None a mesh; None where all are the first."""
+    if not flat:
+        each = [mesh.materials for mesh in scene.meshes]
+        return each if any(slots is not None for slots in each) else None
     shown = [scene.meshes[row] for row in scene.instance_mesh]
     if all(mesh.materials is None for mesh in shown):
         return None
@@ -85,8 +92,14 @@ def materials(scene: SceneData) -> NDArray[np.int32] | None:
     return slots[0] if len(slots) == 1 else np.concatenate(slots)
 
 
-def corner_normals(scene: SceneData) -> NDArray[np.float32] | None:
-    """(T, 3, 3) in the world, of any length, 0 where a triangle has its own; None where all have."""
+def corner_normals(
+    scene: SceneData, *, flat: bool = True
+) -> NDArray[np.float32] | list[NDArray[np.float32] | None] | None:
+    """(T, 3, 3) in the world, of any length, 0 where a triangle has its own, or not `flat` one array or None a mesh in
+    its own space; None where all have."""
+    if not flat:
+        each = [mesh.corner_normals for mesh in scene.meshes]
+        return each if any(normals is not None for normals in each) else None
     shown = [scene.meshes[row] for row in scene.instance_mesh]
     if all(mesh.corner_normals is None for mesh in shown):
         return None

@@ -15,6 +15,7 @@ from .image import CHANNELS
 from .reach import share_in_view, unreached
 from .scene import SceneData
 from .settings import PARTS, PASSES, Settings
+from .sharing import shared
 
 SORTED_TRIANGLES = 65_536
 """From more triangles on the bucket sort comes first."""
@@ -23,6 +24,9 @@ ON_DEMAND_SHARE = 0.25
 """From so many triangles on, and with at most this share of them in view, a tree is built where rays go."""
 LEAF = {"wide": 8, "compact": 8, "classic": 8}
 """Up to so many triangles are one leaf: each ray tests all of them."""
+
+INSTANCED_TRIANGLES = 4_000_000
+"""From so many triangles on that are there more than once, each mesh has one tree, and instances show it."""
 
 FAST = "precision fast: another tree may round a hit in another way"
 
@@ -49,9 +53,11 @@ class Plan:
     tree: Mapping[str, Any]
     render: Mapping[str, Any]
     flatten: Mapping[str, Any]
+    is_instanced: bool = False
+    """Whether each mesh of `scene` has a tree, and instances show it: nothing is flattened."""
 
     def rows_of_all(self, rows: NDArray[np.int32]) -> NDArray[np.int32]:
-        """Triangle rows of the traced scene as rows of the whole one; -1 stays."""
+        """Triangle rows of the flattened scene as rows of the whole one; -1 stays."""
         if self.reached.all():
             return rows
         counts = np.array([len(self.whole.meshes[m].triangles) for m in self.whole.instance_mesh])
@@ -59,6 +65,12 @@ class Plan:
         ends = np.cumsum(counts[self.reached])
         moved = rows + left_out[np.minimum(np.searchsorted(ends, rows, side="right"), len(ends) - 1)]
         return np.where(rows < 0, rows, moved).astype(np.int32)
+
+    def rows_of_instances(self, rows: NDArray[np.int32], instances: NDArray[np.int32]) -> NDArray[np.int32]:
+        """Triangle rows of meshes as those of the flattened scene; -1 stays."""
+        counts = [len(self.scene.meshes[m].triangles) for m in self.scene.instance_mesh]
+        starts = np.cumsum([0, *counts[:-1]])
+        return np.where(rows < 0, rows, rows + starts[np.maximum(instances, 0)]).astype(np.int32)
 
     def instances_of_all(self, rows: NDArray[np.int32]) -> NDArray[np.int32]:
         """Instance rows of the traced scene as rows of the whole one; -1 stays."""
@@ -85,6 +97,8 @@ def plan(scene: SceneData, settings: Settings, wanted: Collection[str], *, tree_
     parts: list[Part] = []
     chosen = {"shadow rays": "shadows", "ambient occlusion": "ambient_occlusion", "smooth normals": "smooth"}
     off = {part for part, name in chosen.items() if not getattr(settings, name)}
+    if tree_shown:
+        off.add("instances")
 
     def is_kept(name: str, case: _Case) -> bool:
         is_off = name in off
@@ -110,6 +124,10 @@ def plan(scene: SceneData, settings: Settings, wanted: Collection[str], *, tree_
         reached = ~apart
     shown = scene if reached.all() else scene.only(reached)
     count = shown.triangle_count
+    is_instanced = is_kept("instances", _instances(shown, tree_shown))
+    if is_instanced:
+        shown = shared(shown)
+        count = max(len(mesh.triangles) for mesh in shown.meshes)
     flatten: dict[str, Any] = {"transform_all": is_kept("world transform", _transform(shown))}
     is_double = is_kept("double precision", _double(shown, settings))
     flatten["dtype"] = None if settings.precision == "fast" else np.float64 if is_double else np.float32
@@ -121,7 +139,9 @@ def plan(scene: SceneData, settings: Settings, wanted: Collection[str], *, tree_
             tree["presort"] = is_kept("bucket sort", _sort(count))
         else:
             parts.append(Part("bucket sort", False, "it sorts by the cells of the global heuristic"))
-        if is_kept("on demand", _on_demand(shown, count)):
+        if is_instanced:
+            parts.append(Part("on demand", False, "meshes are shared: each is built once, for all that show it"))
+        elif is_kept("on demand", _on_demand(shown, count)):
             tree["build"] = "on_demand"
     leaf = LEAF.get(settings.layout, 0) if settings.structure == "bih" and settings.precision != "fast" else 0
     if is_kept("tree", _tree(count, leaf, settings)):
@@ -133,12 +153,13 @@ def plan(scene: SceneData, settings: Settings, wanted: Collection[str], *, tree_
     render = {"passes": passes, "lights": lights, "shadows": shadows, **around}
     if occlusion:
         render |= {"ambient_occlusion": True, "ambient_occlusion_distance": distance}
-    render["corner_normals"] = looks.corner_normals(shown) if is_smooth else None
-    render["objects"] = looks.objects(shown, passes, has_surfaces=has_surfaces)
+    flat = not is_instanced
+    render["corner_normals"] = looks.corner_normals(shown, flat=flat) if is_smooth else None
+    render["objects"] = looks.objects(shown, passes, has_surfaces=has_surfaces, flat=flat)
     if has_surfaces and len(scene.surfaces):
-        render |= {"surfaces": scene.surfaces, "materials": looks.materials(shown)}
+        render |= {"surfaces": scene.surfaces, "materials": looks.materials(shown, flat=flat)}
     parts.sort(key=lambda part: PARTS.index(part.name))
-    return Plan(tuple(parts), shown, whole, reached, tree, render, flatten)
+    return Plan(tuple(parts), shown, whole, reached, tree, render, flatten, is_instanced)
 
 
 def report(parts: Iterable[Part], native: Mapping[str, str]) -> list[dict[str, object]]:
@@ -282,6 +303,25 @@ def _objects(scene: SceneData, apart: NDArray[np.bool_], why_whole: str) -> _Cas
     count = int(np.count_nonzero(apart))
     what = f"{count:,} objects lie outside the picture, and where no shadow comes from"
     return _Case("", what, f"{triangles:,} triangles not built into the tree")
+
+
+def _instances(scene: SceneData, tree_shown: bool) -> _Case:
+    """Where meshes are shown often enough, each has one tree; flattened, the same triangles are in one."""
+    total, saves = scene.triangle_count, "rays led from tree to tree"
+    if tree_shown:
+        return _Case("", "the whole tree is shown", saves)
+    if len(scene.instance_mesh) < 2:
+        return _Case("instances, as asked", "one object", saves)
+    if total < INSTANCED_TRIANGLES:
+        few = f"{total:,} triangles, fewer than {INSTANCED_TRIANGLES:,}: flattened, they are traced sooner"
+        return _Case("instances, as asked", few, saves)
+    meshes = shared(scene).meshes
+    once = sum(len(mesh.triangles) for mesh in meshes)
+    if total - once < INSTANCED_TRIANGLES:
+        return _Case("instances, as asked", f"{once:,} of {total:,} triangles are there once", saves)
+    equal = len(np.unique(scene.instance_mesh)) - len(meshes)
+    found = f", equal meshes found: {equal}" if equal else ""
+    return _Case(f"{total:,} triangles are images of {once:,}{found}", "flattened, as asked", saves, pays=False)
 
 
 def _transform(scene: SceneData) -> _Case:

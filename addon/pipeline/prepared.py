@@ -19,6 +19,7 @@ from .camera import CameraView
 from .errors import UserError
 from .scene import SceneData
 from .settings import Settings
+from .sharing import totals
 from .tree_cache import TreeCache
 
 Progress = Callable[[str, float], bool | None]
@@ -36,7 +37,7 @@ class Prepared:
     scene: SceneData
     settings: Settings
     plan: needs.Plan
-    tree: bihtree.Tree
+    tree: bihtree.Tree | bihtree.Scene
     threads: int
     seconds: dict[str, float]
     """What it took to get here, by the names that the report has."""
@@ -56,26 +57,34 @@ class Prepared:
         Raises bihtree.Cancelled where `progress` returns False.
         """
         view = view or camera_of(self.scene)
+        given = dict(self.plan.render)
+        wanted = given["passes"]
+        if self.plan.is_instanced and "triangle" in wanted:
+            # A row of a mesh is one of the scene by its instance.
+            given["passes"] = tuple(dict.fromkeys((*wanted, "instance")))
         passes = bihtree.render(
             self.tree,
             bihtree.Camera(view.clip_to_world, view.width, view.height),
             samples=self.settings.samples if samples is None else samples,
             seed=self.settings.seed if seed is None else seed,
             tile=tile,
-            **self.plan.render,
+            **given,
             progress=progress,
         )
         if not view.perspective and "depth" in passes:
             passes["depth"] = passes["depth"] + np.float32(view.near)
         if "triangle" in passes:
+            if self.plan.is_instanced:
+                passes["triangle"] = self.plan.rows_of_instances(passes["triangle"], passes["instance"])
             passes["triangle"] = self.plan.rows_of_all(passes["triangle"])
         if "instance" in passes:
             passes["instance"] = self.plan.instances_of_all(passes["instance"])
-        return passes
+        return {name: passes[name] for name in wanted}
 
     def report(self, trace_seconds: float, tile: Tile | None = None) -> dict[str, Any]:
         """Plain JSON values: times in seconds, sizes in bytes. `tile`: all that was traced."""
         view, stats = camera_of(self.scene), self.tree.stats
+        made = totals(self.tree, self.plan.scene.instance_mesh)
         width, height = tile[2:] if tile else (view.width, view.height)
         rays = width * height * self.settings.samples
         return {
@@ -84,25 +93,25 @@ class Prepared:
             "height": height,
             "samples": self.settings.samples,
             "threads": self.threads or _cores(),
-            "structure": stats.structure,
-            "layout": stats.layout,
+            "structure": self.settings.structure,
+            "layout": self.settings.layout,
             "build": stats.build,
             "precision": stats.precision,
             "meshes": len(self.scene.meshes),
             "instances": len(self.scene.instance_mesh),
             "vertices": sum(len(self.plan.scene.meshes[m].vertices) for m in self.plan.scene.instance_mesh),
-            "triangles": stats.triangles,
-            "rejected": stats.rejected,
-            "nodes": stats.nodes,
-            "leaves": stats.leaves,
-            "unbuilt": stats.unbuilt,
-            "depth": stats.depth,
-            "tree_bytes": stats.tree_bytes,
-            "bound_bytes": stats.bound_bytes,
-            "bytes_per_triangle": stats.tree_bytes / stats.triangles,
-            "peak_build_bytes": stats.peak_build_bytes,
+            "triangles": made.triangles,
+            "rejected": made.rejected,
+            "nodes": made.nodes,
+            "leaves": made.leaves,
+            "unbuilt": made.unbuilt,
+            "depth": made.depth,
+            "tree_bytes": made.tree_bytes,
+            "bound_bytes": made.bound_bytes,
+            "bytes_per_triangle": made.tree_bytes / made.triangles,
+            "peak_build_bytes": made.peak_build_bytes,
             **self.seconds,
-            "build_seconds": stats.build_seconds,
+            "build_seconds": made.build_seconds,
             "trace_seconds": trace_seconds,
             "primary_rays": rays,
             "rays_per_second": rays / trace_seconds,
@@ -128,7 +137,7 @@ def prepare(
     progress: Progress | None = None,
 ) -> Prepared:
     """Decide what the scene needs for the passes `wanted`, and build the tree, or take it from `trees`. It borrows the
-    arrays of a scene that is one mesh not moved: they become read-only.
+    arrays of a scene that is one mesh not moved, or whose meshes are shared: they become read-only.
 
     Raises UserError for a scene without a camera or triangles, or with a vertex that is not finite, and
     bihtree.Cancelled where `progress` returns False.
@@ -140,7 +149,12 @@ def prepare(
     decided = perf_counter()
     options: dict[str, Any] = {**{name: getattr(settings, name) for name in TREE_OPTIONS}, **plan.tree}
     cache = TreeCache() if trees is None else trees
-    tree, flatten_seconds = cache.tree(plan.scene, plan.flatten, options, stage(progress, "build"))
+    told = stage(progress, "build")
+    tree: bihtree.Tree | bihtree.Scene
+    if plan.is_instanced:
+        tree, flatten_seconds = cache.scene(plan.scene, options, told), 0.0
+    else:
+        tree, flatten_seconds = cache.tree(plan.scene, plan.flatten, options, told)
     seconds = {
         "export_seconds": export_seconds,
         "decide_seconds": decided - started,

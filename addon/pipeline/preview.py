@@ -53,7 +53,7 @@ class Preview:
     of. The report holds plain JSON values: times in seconds, sizes in bytes."""
 
     passes: dict[str, NDArray[Any]]
-    tree: bihtree.Tree
+    tree: bihtree.Tree | bihtree.Scene
     report: dict[str, Any]
 
 

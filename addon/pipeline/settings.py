@@ -21,7 +21,7 @@ SHADINGS = ("lights", "headlight")
 PARTS = (
     *("bucket sort", "on demand", "double precision", "normals", "smooth normals", "materials"),
     *("shadow rays", "ambient occlusion", "lights without power"),
-    *("objects out of reach", "tree", "threads", "world transform"),
+    *("objects out of reach", "instances", "tree", "threads", "world transform"),
     *(f"{name} pass" for name in PASSES),
 )
 """What a scene may do without; addon/pipeline/needs.py decides."""
