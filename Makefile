@@ -20,15 +20,14 @@ HARNESS := $(CURDIR)/build/bench/target
 NATIVE := rust-toolchain.toml native/Cargo.toml native/Cargo.lock \
 	$(shell find native/bih-core native/bih-python \( -name target -o -name __pycache__ \) -prune -o -print)
 
-.PHONY: help preview test fuzz stress mutations bench bench-quick tables report lint types test-rust test-neon test-address test-miri test-memory test-loom \
-	test-python test-hosts \
-	package real-blender format lock clean machine test-machine
+.PHONY: help preview test fuzz stress mutations bench bench-quick tables report lint lint-harness types test-rust test-harness test-neon \
+	test-address test-miri test-memory test-loom test-python test-hosts package real-blender format lock clean machine test-machine
 .DELETE_ON_ERROR:
-.NOTPARALLEL:
 
 help:
 	@echo "make preview [SCENE=my.blend]  trace the scene to build/preview.png and .exr, its tree to build/overlay.png"
-	@echo "make test                      all checks and tests (lint, types, test-rust, test-neon, test-loom, test-python)"
+	@echo "make test                      all checks and tests (lint, lint-harness, types, test-rust, test-harness, test-neon,"
+	@echo "                               test-loom, then test-python)"
 	@echo "make test-hosts [HOSTS=4.2]    the Blender tests in each version that is supported: 4.2, 4.5, 5.0, 5.2 (400 MB each)"
 	@echo "make test-memory               what memory the core reads: AddressSanitizer, then Miri (two minutes)"
 	@echo "make test-loom                 every order in which threads can meet where a tree is built on demand"
@@ -50,7 +49,10 @@ preview: $(VENV)/.bihtree
 	@$(BIN)/python -m addon.blender.command_line render --scene "$(SCENE)" --output build/preview.png \
 		--output build/preview.exr --overlay build/overlay.png --stats build/preview.json
 
-test: lint types test-rust test-neon test-loom test-python
+# One compiler fills one core: two at a time. pytest takes all cores by itself.
+test: | test-machine
+	@$(MAKE) --no-print-directory --jobs=2 lint test-harness test-rust types lint-harness test-neon test-loom
+	@$(MAKE) --no-print-directory test-python
 
 # What was measured on these sources before is not measured again; BENCH=--help says more.
 bench: $(VENV)/.tests $(VENV)/.bihtree
@@ -70,6 +72,8 @@ lint: $(VENV)/.tests | test-machine
 	$(BIN)/ruff format --quiet --check .
 	cd native && cargo fmt --check
 	cd native && cargo clippy --quiet --locked --all-targets -- --deny warnings
+
+lint-harness: | test-machine
 	cd benchmarks/harness && cargo fmt --check
 	cd benchmarks/harness && cargo clippy --quiet --locked --all-targets --target-dir $(HARNESS) -- --deny warnings
 
@@ -79,6 +83,8 @@ types: $(VENV)/.tests $(VENV)/.bihtree
 
 test-rust: | test-machine
 	cd native && cargo test --quiet --locked --release
+
+test-harness: | test-machine
 	cd benchmarks/harness && cargo test --quiet --locked --release --target-dir $(HARNESS)
 
 # An emulated ARM processor, AddressSanitizer, Miri, loom: where one is missing it is said; with CI set it is an error.
@@ -94,7 +100,7 @@ fuzz:
 # The tests say of themselves what they skip where there is no real Blender; with CI set they fail instead.
 test-python: $(VENV)/.tests $(VENV)/.bihtree
 	@$(BIN)/python tools/real_blender.py > /dev/null || true
-	$(BIN)/python -m pytest --quiet tests
+	$(BIN)/python -m pytest --quiet --numprocesses=auto --dist=worksteal tests
 
 test-hosts: $(VENV)/.tests $(VENV)/.bihtree
 	@$(BIN)/python tools/hosts.py $(HOSTS)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
 import subprocess
 import sys
 from functools import cache
 from pathlib import Path
 from typing import NoReturn
+from uuid import uuid4
 
 import numpy as np
 import OpenImageIO
@@ -20,6 +22,8 @@ from tools.real_blender import RealBlender
 PROJECT = Path(__file__).resolve().parents[2]
 INSIDE = Path(__file__).parent / "inside"
 BUNNY = PROJECT / "examples" / "bunny.blend"
+RUN = os.environ.get("PYTEST_XDIST_TESTRUNUID") or str(uuid4())
+"""The same for all processes that share one run of the tests."""
 SECONDS = 300
 """Longer than anything here takes; a Blender that hangs is a failure, not a wait."""
 
@@ -48,12 +52,21 @@ def lacking(what: str) -> NoReturn:
 
 @cache
 def extension() -> Path:
-    """The zip that `make package` makes, of the sources as they are now."""
-    run = subprocess.run(
-        [sys.executable, PROJECT / "tools" / "package.py"], capture_output=True, text=True, check=False
-    )
-    assert run.returncode == 0, run.stderr
-    return Path(run.stdout.strip())
+    """The zip that `make package` makes, of the sources as they are now: once for all processes of a test run."""
+    folder = PROJECT / "build"
+    with (folder / "extension.txt").open("a+") as made:
+        fcntl.flock(made, fcntl.LOCK_EX)
+        made.seek(0)
+        run_id, _, path = made.read().partition(" ")
+        if run_id != RUN:
+            run = subprocess.run(
+                [sys.executable, PROJECT / "tools" / "package.py"], capture_output=True, text=True, check=False
+            )
+            assert run.returncode == 0, run.stderr
+            path = run.stdout.strip()
+            made.truncate(0)
+            made.write(f"{RUN} {path}")
+    return Path(path)
 
 
 def run(command: list[str], profile: Path | None = None) -> subprocess.CompletedProcess[str]:
