@@ -21,6 +21,9 @@ from .export import scene_data
 from .passes import blender_passes, wanted_passes
 from .properties import settings_of
 
+ANIMATED = {"objects out of reach": True, "instances": True}
+"""From frame to frame objects move, and come into reach: each mesh has a tree of its own."""
+
 BANDS = 32
 """A picture is shown in so many parts, from the bottom up, or fewer where it is not high."""
 
@@ -42,7 +45,8 @@ def render(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph, kept:
         raise UserError("stereoscopic renders are not supported. Untick Stereoscopy in the Output properties.")
     layer = depsgraph.view_layer_eval
     settings = settings_of(depsgraph.scene_eval)
-    settings = replace(settings, passes=wanted_passes(layer, settings.passes))
+    parts = {**ANIMATED, **settings.parts} if engine.is_animation else settings.parts
+    settings = replace(settings, passes=wanted_passes(layer, settings.passes), parts=parts)
     progress = Progress(engine)
     started = perf_counter()
     scene = scene_data(

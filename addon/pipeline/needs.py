@@ -139,7 +139,7 @@ def plan(scene: SceneData, settings: Settings, wanted: Collection[str], *, tree_
             tree["presort"] = is_kept("bucket sort", _sort(count))
         else:
             parts.append(Part("bucket sort", False, "it sorts by the cells of the global heuristic"))
-        if is_instanced:
+        if is_instanced and not settings.parts.get("on demand"):
             parts.append(Part("on demand", False, "meshes are shared: each is built once, for all that show it"))
         elif is_kept("on demand", _on_demand(shown, count)):
             tree["build"] = "on_demand"

@@ -23,8 +23,9 @@ from .scene import SceneData
 from .settings import Settings
 from .tree_cache import TreeCache
 
-VIEWED = {"objects out of reach": True, "on demand": True}
-"""The camera moves: nothing is out of reach for long, and trees are built where it looks."""
+VIEWED = {"objects out of reach": True, "on demand": True, "instances": True}
+"""The camera moves: nothing is out of reach for long, and trees are built where it looks. Objects move: each mesh has a
+tree of its own."""
 
 
 @dataclass(frozen=True)

@@ -336,9 +336,12 @@ def animation(scene: bpy.types.Scene, folder: Path) -> list[int]:
 
 @pytest.mark.parametrize("persistent", [False, True])
 def test_a_frame_builds_only_what_has_changed(ball, tmp_path, persistent):
-    """The camera moves in each frame; the ball's mesh changes once, before the third one."""
+    """The camera and a box move in each frame; the ball's mesh changes once, before the third one."""
     ball.render.use_persistent_data = persistent
+    box = add_mesh("Box")
     for frame in (1, 4):
+        box.location = (0.1 * frame, 2.0, 0.2 * frame)
+        box.keyframe_insert("location", frame=frame)
         ball.camera.location.x = 0.1 * frame
         ball.camera.keyframe_insert("location", frame=frame)
     key = bpy.data.objects["Ball"].shape_key_add(name="Basis") and bpy.data.objects["Ball"].shape_key_add(name="Up")
@@ -347,6 +350,6 @@ def test_a_frame_builds_only_what_has_changed(ball, tmp_path, persistent):
     for frame, value in ((2, 0.0), (3, 1.0)):
         key.value = value
         key.keyframe_insert("value", frame=frame)
-    assert animation(ball, tmp_path) == [1, 1, 2, 2]
+    assert animation(ball, tmp_path) == [2, 2, 3, 3]
     pictures = [(tmp_path / f"frame{number:04}.png").read_bytes() for number in range(1, 5)]
     assert len(set(pictures)) == 4

@@ -20,7 +20,7 @@ from addon.pipeline.camera import CameraView
 from addon.pipeline.image import to_srgb8
 from addon.pipeline.session import Session
 from addon.pipeline.settings import Settings
-from tests.blender.real import BUNNY, INSIDE, PROJECT, read, run
+from tests.blender.real import BUNNY, INSIDE, PROJECT, SECONDS, read, run
 from tests.blender.test_window import install_into, window_command
 
 ROUNDS = 50 if os.environ.get("BIHTREE_STRESS") else 16
@@ -70,7 +70,7 @@ def traced(session: tuple[dict[str, Any], Path], name: str) -> NDArray[np.uint8]
     view = CameraView(np.linalg.inv(to_clip), *size, near=0.1, perspective=True)
     running = Session()
     running.show(replace(scene, instance_matrix=matrices), Settings(), view, samples=SAMPLES)
-    assert running.wait(60, until_last=True) and running.shown, running.problem
+    assert running.wait(SECONDS, until_last=True) and running.shown, running.problem
     picture = to_srgb8(running.shown.pixels)[::-1]
     running.stop()
     return picture[MARGIN[1] : -MARGIN[1], MARGIN[0] : -MARGIN[0]]

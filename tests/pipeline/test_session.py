@@ -142,6 +142,27 @@ def test_an_edit_is_seen_and_the_same_mesh_in_another_export_keeps_its_tree(show
     np.testing.assert_array_equal(shown.shown.pixels, alone(edited, view()))
 
 
+def two(first: Mesh, second: Mesh, apart: float) -> SceneData:
+    places = np.stack([np.eye(4)] * 2)
+    places[1, 0, 3] = apart
+    return SceneData([first, second], np.array([0, 1], np.int32), places)
+
+
+def test_a_moved_object_builds_no_tree_and_an_edited_mesh_its_own(shown: Session):
+    first, second = ball("First"), Mesh("Second", *meshes.box())
+    edited = replace(second, vertices=second.vertices * np.float32(1.5))
+    for scene, built in [
+        (two(first, second, 0.5), 2),
+        (two(first, second, 1.0), 2),
+        (two(first, edited, 1.0), 3),
+        (two(first, edited, -1.0), 3),
+    ]:
+        shown.show(scene, Settings(), view(grow=2.0), samples=1)
+        assert shown.wait(PATIENCE, until_last=True) and shown.shown and not shown.problem
+        assert shown.trees_built == built
+        np.testing.assert_allclose(shown.shown.pixels, alone(scene, view(grow=2.0)), atol=1e-5)
+
+
 def test_a_problem_is_told_and_the_next_scene_is_shown(shown: Session):
     broken = ball("Broken")
     broken.vertices[7, 0] = np.nan
