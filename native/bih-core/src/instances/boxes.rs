@@ -7,10 +7,10 @@ use crate::geometry::{Triangles, Vector, Vertices};
 use crate::tree::{NodeRow, Tree, node_table};
 
 /// Lower and upper corner; one that is NaN stands for nothing.
-pub(super) type Box = [Vector; 2];
+pub(super) type Extent = [Vector; 2];
 
 /// Nothing.
-pub(super) const NOTHING: Box = [[f64::NAN; 3]; 2];
+pub(super) const NOTHING: Extent = [[f64::NAN; 3]; 2];
 
 /// The options of a tree over boxes: each has a leaf of its own, so that it is looked at before what is in it.
 fn options() -> BuildOptions {
@@ -18,7 +18,7 @@ fn options() -> BuildOptions {
 }
 
 /// A tree whose rows are those of the boxes.
-pub(super) fn tree_over(boxes: impl Iterator<Item = Box>, control: &Control) -> Result<Tree, Error> {
+pub(super) fn tree_over(boxes: impl Iterator<Item = Extent>, control: &Control) -> Result<Tree, Error> {
     let corners: Vec<_> = boxes.flat_map(triangle).collect();
     build(&Triangles::new(Vertices::F64(&corners), None)?, &options(), control)
 }
@@ -26,7 +26,7 @@ pub(super) fn tree_over(boxes: impl Iterator<Item = Box>, control: &Control) -> 
 /// The nodes of such a tree.
 pub(super) fn nodes_over(
     tree: &Tree,
-    boxes: impl Iterator<Item = Box>,
+    boxes: impl Iterator<Item = Extent>,
     max_depth: u32,
     limit: usize,
     control: &Control,
@@ -36,7 +36,7 @@ pub(super) fn nodes_over(
 }
 
 /// A triangle with this box, and with an area unless the box has none.
-fn triangle([lower, upper]: Box) -> [Vector; 3] {
+fn triangle([lower, upper]: Extent) -> [Vector; 3] {
     let mut third = upper;
     let longest =
         (0..3).fold(

@@ -5,7 +5,7 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use super::affine::Affine;
-use super::boxes::{Box, NOTHING, nodes_over, tree_over};
+use super::boxes::{Extent, NOTHING, nodes_over, tree_over};
 use super::inverse::Inverse;
 use crate::build::Precision;
 use crate::control::Control;
@@ -81,7 +81,7 @@ impl Scene {
         for Placed { mut instance, tree } in placed.into_iter().flatten() {
             if let Some(tree) = tree {
                 instance.way = Way::Flat(flat.len() as u32);
-                flat.push(tree);
+                flat.push(*tree);
             }
             instances.push(instance);
         }
@@ -141,7 +141,7 @@ impl Scene {
 
 impl Instance {
     /// Its box in doubles, for the tree over it.
-    fn extent(&self) -> Box {
+    fn extent(&self) -> Extent {
         let within = |x: f32| f64::from(x).clamp(f64::MIN, f64::MAX);
         match self.way {
             Way::Empty => NOTHING,
@@ -153,7 +153,8 @@ impl Instance {
 /// An instance, and the tree of its own that it may need.
 struct Placed {
     instance: Instance,
-    tree: Option<Tree>,
+    /// In a box: few have one, and it is larger than all the rest.
+    tree: Option<Box<Tree>>,
 }
 
 impl Placed {
@@ -174,7 +175,7 @@ impl Placed {
         let tree = tree_over(images, control)?;
         // Its number is known once all instances are.
         let (bounds, way) = (*tree.bounds(), if is_empty(tree.bounds()) { Way::Empty } else { Way::Flat(0) });
-        Ok(Self { instance: instance(bounds, way), tree: Some(tree).filter(|tree| !is_empty(tree.bounds())) })
+        Ok(Self { instance: instance(bounds, way), tree: Some(Box::new(tree)).filter(|tree| !is_empty(tree.bounds())) })
     }
 }
 
@@ -183,7 +184,7 @@ fn is_empty(bounds: &Bounds) -> bool {
 }
 
 /// A box around the image of a triangle, rounded or not; nothing where it has no area or lies beyond the largest double.
-fn image_box(place: &Affine, corners: &Corners) -> Box {
+fn image_box(place: &Affine, corners: &Corners) -> Extent {
     if !corners.as_flattened().iter().all(|x| x.is_finite()) || place.has_no_area(corners) {
         return NOTHING;
     }
