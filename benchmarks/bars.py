@@ -8,7 +8,7 @@ from math import exp, log
 from typing import Literal
 
 from . import sides
-from .plan import GROWING, KINDS, SCENES
+from .plan import GROWING, KINDS, PRECISION_KINDS, PRECISION_SCENES, SCENES
 from .results import Results, least
 
 Bound = Literal["≤", "≥"]
@@ -139,4 +139,20 @@ def exact_rows(results: Results) -> list[Row]:
     found: list[Row] = []
     for kind in KINDS:
         found += _tracing(results, sides.WATERTIGHT, sides.ROBUST, kind, 1, 1, "watertight, against ROBUST's best")
+    return found
+
+
+def precision_rows(results: Results) -> list[Row]:
+    """What `watertight` and `exact` cost beside `fast`, on the same rays in flight."""
+    limits = {"vertices": 2.0, "axis": 4.0}
+    found = []
+    for precision, limit in (("watertight", 1.2), ("exact", 1.4)):
+        for way, heuristic in (("", "global"), ("/sah", "sah")):
+            for scene in PRECISION_SCENES:
+                for kind in PRECISION_KINDS:
+                    calls = (f"bih/wide/{name}{way}@flight" for name in (precision, "fast"))
+                    rates = (results.precise_rate(scene, kind, call) for call in calls)
+                    mine, fast = (None if rate is None else 1e9 / rate for rate in rates)
+                    what = f"{precision}, {heuristic}, against fast"
+                    found.append(Row(what, f"{scene}, {kind}", mine, fast, "≤", limits.get(kind, limit), "ns a ray"))
     return found

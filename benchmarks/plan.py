@@ -14,13 +14,17 @@ OTHERS = ("balls", "shells", "stadium", "jacks", "rings", "airframe", "lattice",
 
 KINDS = ("primary", "bounce", "random", "shadow", "ambient")
 
+PRECISION_SCENES = ("bunny", "terrain", "gears")
+PRECISION_KINDS = ("primary", "bounce", "random", "vertices", "axis")
+"""The last two are rays that float32 cannot decide: at vertices, and through vertices along an axis."""
+
 GROWING = ("terrain", "soup", "gears")
 SIZES = (1_000, 10_000, 100_000, 1_000_000, 10_000_000)
 
 STEPS = ("gears", "balls", "shells", "stadium/0@100000", "stadium/9@100000")
 """Where the hierarchy is known to be weak; after the slash, the scale ratio's exponent."""
 
-PARTS = ("build", "trace", "image", "python", "growth", "steps", "others")
+PARTS = ("build", "trace", "image", "python", "precision", "growth", "steps", "others")
 
 
 @dataclass(frozen=True)
@@ -72,6 +76,12 @@ def of_the_bars() -> Iterator[Job]:
         yield Job("python", scene, 1, "python", ())
 
 
+def of_precisions() -> Iterator[Job]:
+    """What being right costs: each precision on the same rays."""
+    for scene in PRECISION_SCENES:
+        yield Job("precision", scene, 1, "trace", sides.PRECISIONS, PRECISION_KINDS, rounds=7, seconds=12)
+
+
 def of_growth() -> Iterator[Job]:
     """The same scenes from a thousand triangles to ten million."""
     builds = (sides.DEFAULT, sides.SAH, sides.LOCAL, sides.COMPACT, sides.LOW, sides.MEDIUM)
@@ -99,4 +109,4 @@ def of_other_scenes() -> Iterator[Job]:
 
 def jobs() -> list[Job]:
     """All, those of the bars first."""
-    return [*of_the_bars(), *of_steps(), *of_growth(), *of_other_scenes()]
+    return [*of_the_bars(), *of_precisions(), *of_steps(), *of_growth(), *of_other_scenes()]

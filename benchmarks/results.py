@@ -61,6 +61,14 @@ class Results:
         found: float | None = self.traced(scene, kind, call, threads).get("rays_a_second")
         return found
 
+    def precise_rate(self, scene: str, kind: str, call: str) -> float | None:
+        """Rays a second where precisions are compared with each other, on one thread in flight."""
+        for job, result in self.by_job.items():
+            if (job.part, job.scene) == ("precision", scene):
+                found: float | None = result.get("trace", {}).get(kind, {}).get(call, {}).get("rays_a_second")
+                return found
+        return None
+
     def best_rate(self, scene: str, kind: str, side: str, threads: int = 2) -> float | None:
         """Of all ways in which a side is called."""
         calls = [side, *(f"{side}@{call}" for call in sides.ALL_CALLS)]

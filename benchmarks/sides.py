@@ -13,12 +13,15 @@ CLASSIC = "bih/classic"
 BVH = "bvh/wide/fast"
 KD_TREE = "kd_tree"
 WATERTIGHT = "bih/wide/watertight"
+EXACT = "bih/wide/exact"
 
 LOW = "embree/low"
 MEDIUM = "embree/medium"
 HIGH = "embree/high"
 ROBUST = "embree/medium/robust"
 SMALL = "embree/medium/compact"
+
+PRECISION_NAMES = ("fast", "watertight", "exact")
 
 OBVHS = ("obvhs/bvh2/fastest", "obvhs/bvh2/medium")
 
@@ -48,6 +51,9 @@ def traces_alone(kind: str) -> tuple[str, ...]:
     packet = "16c" if kind in {"primary", "shadow"} else "16"
     return (DEFAULT, f"{DEFAULT}@1", SAH, f"{SAH}@1", f"{MEDIUM}@1", f"{MEDIUM}@{packet}")
 
+
+PRECISIONS = tuple(f"bih/wide/{precision}{way}@flight" for way in ("", "/sah") for precision in PRECISION_NAMES)
+"""Each precision, in flight."""
 
 IMAGES = (LOW, MEDIUM, HIGH, DEFAULT, SAH)
 """Who takes pictures; the first one's is what the others are compared with."""

@@ -62,6 +62,20 @@ MUTATIONS = (
         unit_tests="intersect::watertight",
     ),
     Mutation(
+        "bound of pairs a millionth",
+        f"{CORE}/intersect/pairs.rs",
+        "ERROR * largest + LOST",
+        "1e-6 * ERROR * largest",
+        unit_tests="intersect::pairs",
+    ),
+    Mutation(
+        "sides by heads alone",
+        f"{CORE}/intersect/side.rs",
+        ".then(order(left.tail, right.tail))",
+        "",
+        unit_tests="intersect::side",
+    ),
+    Mutation(
         "one box not rounded outward",
         f"{CORE}/geometry/bounds.rs",
         "round_up(a[axis].max(b[axis]).max(c[axis]))",

@@ -129,7 +129,7 @@ def plan(scene: SceneData, settings: Settings, wanted: Collection[str], *, tree_
         shown = shared(shown)
         count = max(len(mesh.triangles) for mesh in shown.meshes)
     flatten: dict[str, Any] = {"transform_all": is_kept("world transform", _transform(shown))}
-    is_double = is_kept("double precision", _double(shown, settings))
+    is_double = is_kept("double precision", _double(shown, settings, passes))
     flatten["dtype"] = None if settings.precision == "fast" else np.float64 if is_double else np.float32
     tree: dict[str, Any] = {}
     if settings.structure != "bih":
@@ -333,13 +333,15 @@ def _transform(scene: SceneData) -> _Case:
     return _Case("", what, f"{vertices:,} vertices not transformed{copied}")
 
 
-def _double(scene: SceneData, settings: Settings) -> _Case:
+def _double(scene: SceneData, settings: Settings, passes: Collection[str]) -> _Case:
     if settings.precision == "fast":
         return _Case(FAST)
     doubles = [row for row in np.unique(scene.instance_mesh) if scene.meshes[row].vertices.dtype == np.float64]
     if not doubles:
         vertices = sum(len(scene.meshes[m].vertices) for m in scene.instance_mesh)
         return _Case("", "no mesh has double precision", f"{12 * vertices:,} bytes of vertices")
+    if "cost" in passes:
+        return _Case("the cost pass counts the work in double precision")
     if scene.moves:
         return _Case("a moved vertex is no number of single precision")
     for row in doubles:

@@ -11,7 +11,7 @@ import pytest
 from benchmarks import bars, page, sides, tables
 from benchmarks.bars import Row
 from benchmarks.harness import Result
-from benchmarks.plan import KINDS, SCENES, Job, jobs
+from benchmarks.plan import KINDS, PRECISION_KINDS, PRECISION_SCENES, SCENES, Job, jobs
 from benchmarks.results import Results
 from benchmarks.store import Store
 
@@ -34,6 +34,7 @@ def made_up(job: Job, ours: float = 2.0) -> Result:
         for side in sides.BUILDS
     }
     named = {call for kind in KINDS for call in (*sides.traces(kind), *sides.traces_alone(kind))}
+    named |= set(sides.PRECISIONS)
     calls = {call: {"rays": 1e6, "rays_a_second": 1e6 / seconds(call), "missed": 1} for call in named}
     costs = {f"{side}@cost": {"nodes_a_ray": 10.0, "triangles_a_ray": 5.0} for side in sides.COSTS}
     return {
@@ -42,7 +43,7 @@ def made_up(job: Job, ours: float = 2.0) -> Result:
         "instruction_set": "avx2",
         "embree": 40400,
         "build": builds,
-        "trace": {kind: deepcopy({**calls, **costs}) for kind in KINDS},
+        "trace": {kind: deepcopy({**calls, **costs}) for kind in {*KINDS, *PRECISION_KINDS}},
         "image": {str(count): {side: {"seconds": seconds(side)} for side in sides.IMAGES} for count in (1, 4, 16)},
         "peers": {
             "bihtree": {
@@ -100,6 +101,22 @@ def test_every_bar_of_the_table_is_there() -> None:
         "nodes a ray, against our own sah": 9,
         "nodes a ray in the stadium, scale ratio 10^-9 against 1": 1,
     }
+
+
+def test_what_being_right_costs_is_a_ratio_of_times_on_the_same_rays() -> None:
+    results = all_of_them(2)
+    unmeasured = bars.precision_rows(Results({}))
+    assert len(unmeasured) == 2 * 2 * len(PRECISION_SCENES) * len(PRECISION_KINDS)
+    assert all(row.is_met is None for row in unmeasured)
+    for job, result in results.by_job.items():
+        if job.part == "precision":
+            rates = {"fast": 3e6, "watertight": 2e6, "exact": 1e6}
+            ways = ("", "/sah")
+            calls = {f"bih/wide/{name}{way}@flight": {"rays_a_second": rates[name]} for name in rates for way in ways}
+            result["trace"] = dict.fromkeys(PRECISION_KINDS, calls)
+    rows = bars.precision_rows(results)
+    assert sorted({round(row.ratio or 0, 6) for row in rows}) == [1.5, 3]
+    assert {row.scene.split(", ")[1] for row in rows if row.is_met} == {"vertices", "axis"}
 
 
 def test_embree_is_held_to_its_fastest_call() -> None:

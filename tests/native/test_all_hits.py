@@ -186,7 +186,8 @@ def test_a_million_coincident_triangles():
     found = tree.intersect_all(*ray)
     assert found.offsets.tolist() == [0, 1_000_000, 1_000_000]
     assert np.array_equal(found.triangle, np.arange(1_000_000)) and (found.t == 1).all()
-    assert tree.intersect_all(*ray, max_hits=3).triangle.tolist() == [0, 1, 2]
+    for most in (1, 2, 3):
+        assert tree.intersect_all(*ray, max_hits=most).triangle.tolist() == list(range(most))
     assert tree.count(*ray).tolist() == [1_000_000, 0]
 
 

@@ -91,16 +91,21 @@ def test_vertices_that_are_not_moved_are_not_transformed() -> None:
 
 
 def test_double_precision_is_for_vertices_that_need_it() -> None:
-    assert planned(scene(np.eye(4)))[0].flatten["dtype"] == np.float32
     wide = replace(MESH, vertices=MESH.vertices.astype(np.float64))
-    assert planned(scene(np.eye(4), mesh=wide))[0].flatten["dtype"] == np.float32
-    assert planned(scene(MOVED, mesh=wide))[0].flatten["dtype"] == np.float64
+    for mesh, wanted, dtype in (
+        (MESH, PASSES, np.float32),
+        (wide, ("depth",), np.float32),
+        (wide, ("cost",), np.float64),
+    ):
+        assert planned(scene(np.eye(4), mesh=mesh), wanted=wanted)[0].flatten["dtype"] == dtype
+    assert planned(scene(MOVED, mesh=wide), wanted=("depth",))[0].flatten["dtype"] == np.float64
     third = replace(MESH, vertices=wide.vertices / 3)
-    made, parts = planned(scene(np.eye(4), mesh=third), Settings(parts={"double precision": False}))
+    leave_out = Settings(parts={"double precision": False})
+    made, parts = planned(scene(np.eye(4), mesh=third), leave_out, wanted=("depth",))
     assert made.flatten["dtype"] == np.float64
     assert "'one'" in parts["double precision"].why
     huge = replace(MESH, vertices=wide.vertices * 1e300)
-    assert planned(scene(np.eye(4), mesh=huge))[1]["double precision"].kept
+    assert planned(scene(np.eye(4), mesh=huge), wanted=("depth",))[1]["double precision"].kept
 
 
 def many(count: int) -> SceneData:

@@ -22,6 +22,7 @@ from addon.pipeline.settings import Settings
 from addon.report import error_arguments
 from addon.report.error import command, png_plot, report, svg_plot
 from addon.report.error.comparison import compared, leaks, neighbours, ulp
+from addon.report.error.decided import MEANS, decided
 from addon.report.error.methods import EXACT, WATERTIGHT, Answers, Embree, Naive, Ours
 from addon.report.error.options import Options
 from addon.report.error.pareto import front
@@ -100,6 +101,24 @@ def test_ours_is_never_wrong_and_the_wrong_one_is_found_out(results):
     assert wrong.wrong_a_million == 1e6 * wrong.missed / wrong.rays
     # From inside a closed ball every aimed ray hits.
     assert wrong.leaks == wrong.wrong_by_kind["at vertices"] + wrong.wrong_by_kind["at edges"] > 0
+
+
+def test_tests_are_decided_by_one_means_each(results):
+    assert list(results.hits.decided) == list(SHARES)
+    for found in results.hits.decided.values():
+        assert list(found.tests) == list(found.rays) == list(MEANS)
+        assert found.tests_a_ray > 1 and sum(found.tests.values()) == pytest.approx(1)
+        shares = list(found.rays.values())
+        assert shares == sorted(shares, reverse=True) and 0 <= min(found.tests.values())
+    assert (
+        results.hits.decided["at vertices"].rays["double precision"]
+        > results.hits.decided["camera"].rays["double precision"]
+    )
+    # The first ray has no room in single precision; of the second one test is left over to big integers.
+    found = decided(np.int32([[0, 4, 0, 0, 0], [6, 3, 2, 1, 1]]))
+    assert found.tests_a_ray == 5
+    assert list(found.tests.values()) == [0.3, 0.5, 0.1, 0, 0.1]
+    assert list(found.rays.values()) == [0.5, 1, 0.5, 0.5, 0.5]
 
 
 def test_rays_are_of_every_kind(results):

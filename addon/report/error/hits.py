@@ -14,7 +14,8 @@ import numpy as np
 from . import rays as kinds_of_rays
 from . import worst_rays
 from .comparison import compared, leaks, neighbours, quantile
-from .methods import Answers, Built, Method
+from .decided import Decided, decided
+from .methods import WATERTIGHT, Answers, Built, Method, OurBuilt
 from .pareto import front
 from .progress import Progress
 from .rays import Kind
@@ -92,6 +93,8 @@ class Hits:
     rays: dict[str, dict[str, int]] = field(default_factory=dict)
     truth_seconds: float = 0.0
     rounds: int = 0
+    decided: dict[str, Decided] = field(default_factory=dict)
+    """By kind of ray: what it took to decide the tests of precision watertight."""
     beside: list[dict[str, Any]] = field(default_factory=list)
     """The worst rays of the peers, with everybody's answers."""
 
@@ -149,6 +152,8 @@ def measure(
             if not turn:
                 _judge(row, answers, kinds, truth)
                 _facts(row, built, kinds, len(mesh.triangles))
+                if row.name == WATERTIGHT and isinstance(built, OurBuilt):
+                    hits.decided = {name: decided(built.tree.decision_cost(*kind.rays)) for name, kind in kinds.items()}
                 answered[row.name] = answers
             spent[row.name] = perf_counter() - started
             # What is slow needs no warming up, and is measured once.

@@ -7,7 +7,9 @@ from typing import Any
 
 from ..markdown import number
 from . import html_page as html
+from .decided import MEANS
 from .hits import COSTS, Hits, Row, cost_of
+from .methods import EXACT, WATERTIGHT
 from .plot import Plot, scatter
 
 WRONG = "wrong answers a million rays"
@@ -69,6 +71,7 @@ def section(hits: Hits) -> Iterator[str]:
     for plot in plots(hits):
         yield html.figure(plot)
     yield from _by_kind(hits)
+    yield from _decided(hits)
     yield from _worst(hits)
 
 
@@ -99,6 +102,33 @@ def _by_kind(hits: Hits) -> Iterator[str]:
     yield html.table(
         ["method", *kinds], [[row.name, *(f"{row.wrong_by_kind.get(kind, 0):,}" for kind in kinds)] for row in rows]
     )
+
+
+def _decided(hits: Hits) -> Iterator[str]:
+    if not hits.decided:
+        return
+    yield html.heading(3, "What it took to decide")
+    yield html.paragraph(
+        f"Of the tests of rays against triangles in {WATERTIGHT}, which decides as {EXACT} does: how many each means "
+        "decided, because the one before it could not tell; and how many rays had such a test."
+    )
+    _, double, pairs, whole, big = MEANS
+    yield html.table(
+        ["rays", "tests a ray", *MEANS, f"rays that needed {double}", pairs, whole, big],
+        [
+            [
+                kind,
+                number(found.tests_a_ray),
+                *map(_share, found.tests.values()),
+                *map(_share, list(found.rays.values())[1:]),
+            ]
+            for kind, found in hits.decided.items()
+        ],
+    )
+
+
+def _share(part: float) -> str:
+    return f"{number(100 * part)} %"
 
 
 def _worst(hits: Hits) -> Iterator[str]:

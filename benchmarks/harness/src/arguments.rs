@@ -5,12 +5,12 @@ use std::path::PathBuf;
 use crate::rays::Kind;
 
 pub const USAGE: &str = "bih-harness --mesh FILE [--embree-libs FOLDER] [--threads 2] [--rounds 5] [--seconds 20]
-    [--build SIDE,…] [--trace SIDE[@CALL],…] [--rays primary,bounce,random,shadow,ambient] [--image SIDE,…]
+    [--build SIDE,…] [--trace SIDE[@CALL],…] [--rays primary,bounce,random,shadow,ambient,vertices,axis] [--image SIDE,…]
     [--samples 1,4,16] [--first SIDE,…] [--size 1024x768] [--json FILE]
 bih-harness --knows SIDE,… prints those that there are.
 SIDE: bih/wide, bih/classic/leaf4, bvh, bvh/compact/fast, kd_tree, embree/low, embree/medium/robust, embree/high/compact,
     obvhs/bvh2/fastest, slides/plain, slides/buckets, …
-CALL: batch, 1, 2x2 (ours over binary nodes), 8, 16, 8c, 16c (packets; c: told to be coherent)
+CALL: batch, 1, flight (ours), 2x2 (ours over binary nodes), 8, 16, 8c, 16c (packets; c: told to be coherent)
 Each part times its sides in turn, round by round, and checks their answers.";
 
 #[derive(Debug)]

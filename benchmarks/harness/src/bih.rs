@@ -71,6 +71,7 @@ impl Structure for BihTree<'_> {
     fn trace(&self, rays: &RaySet, call: Call) -> (f64, Answers) {
         let way = match call {
             Call::Single => Some(Way::Alone),
+            Call::Flight => Some(Way::InFlight),
             Call::TwoByTwo => Some(Way::TwoByTwo),
             _ => None,
         };

@@ -27,10 +27,15 @@ pub enum Kind {
     Shadow,
     /// A short cosine-weighted ray from each primary hit.
     Ambient,
+    /// From a sphere around the scene to vertices.
+    Vertices,
+    /// Along an axis, through vertices.
+    Axis,
 }
 
 impl Kind {
-    pub const ALL: [Self; 5] = [Self::Primary, Self::Bounce, Self::Random, Self::Shadow, Self::Ambient];
+    pub const ALL: [Self; 7] =
+        [Self::Primary, Self::Bounce, Self::Random, Self::Shadow, Self::Ambient, Self::Vertices, Self::Axis];
 
     pub fn name(self) -> &'static str {
         match self {
@@ -39,6 +44,8 @@ impl Kind {
             Self::Random => "random",
             Self::Shadow => "shadow",
             Self::Ambient => "ambient",
+            Self::Vertices => "vertices",
+            Self::Axis => "axis",
         }
     }
 
@@ -219,6 +226,32 @@ pub fn random(mesh: &Mesh) -> Vec<Ray> {
             let origin = add_scaled(centre, radius, random.direction());
             let target: Vector = std::array::from_fn(|axis| bounds.lower[axis] + random.unit() * size[axis]);
             Ray { origin, t_min: 0.0, direction: unit(subtract(target, origin)), t_max: f32::INFINITY }
+        })
+        .collect()
+}
+
+/// Each as long as the distance, so that its end is the vertex as nearly as single precision has it.
+pub fn at_vertices(mesh: &Mesh) -> Vec<Ray> {
+    let mut random_row = Random(3);
+    let aimed = |ray: Ray| {
+        let vertex = mesh.vertices()[random_row.below(mesh.vertices().len())];
+        Ray { direction: subtract(vertex, ray.origin), ..ray }
+    };
+    random(mesh).into_iter().map(aimed).collect()
+}
+
+pub fn along_axes(mesh: &Mesh) -> Vec<Ray> {
+    let mut random = Random(4);
+    let lower = mesh.bounds().lower;
+    let reach = diagonal(&mesh.bounds());
+    (0..mesh.view.width * mesh.view.height)
+        .map(|place| {
+            let axis = place % 3;
+            let mut origin = mesh.vertices()[random.below(mesh.vertices().len())];
+            origin[axis] = lower[axis] - 0.1 * reach;
+            let mut direction = [0.0; 3];
+            direction[axis] = 1.0;
+            Ray { origin, t_min: 0.0, direction, t_max: f32::INFINITY }
         })
         .collect()
 }

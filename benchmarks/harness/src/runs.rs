@@ -167,6 +167,8 @@ impl Bench<'_> {
             Kind::Random => rays::random(self.mesh),
             Kind::Shadow => rays::shadow(self.mesh, primary, found),
             Kind::Ambient => rays::ambient(self.mesh, primary, found),
+            Kind::Vertices => rays::at_vertices(self.mesh),
+            Kind::Axis => rays::along_axes(self.mesh),
         }
     }
 

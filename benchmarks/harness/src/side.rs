@@ -47,6 +47,8 @@ pub enum Call {
     Batch,
     /// One ray at a time.
     Single,
+    /// All rays of ours in flight, coherent or not.
+    Flight,
     /// 2 x 2 rays of ours together.
     TwoByTwo,
     /// Packets of so many rays.
@@ -60,6 +62,7 @@ impl Call {
         Some(match name {
             "batch" => Self::Batch,
             "1" => Self::Single,
+            "flight" => Self::Flight,
             "2x2" => Self::TwoByTwo,
             "8" => Self::Packet(8),
             "16" => Self::Packet(16),

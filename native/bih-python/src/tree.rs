@@ -6,10 +6,10 @@ use std::sync::{Arc, PoisonError, RwLock};
 use bih_core::build::{Heuristic, Structure, refit};
 use bih_core::saved::{self, Access, Saved};
 use bih_core::simd::FloatEnvironment;
-use bih_core::traverse::{Counts, contains};
+use bih_core::traverse::{Counts, Decisions, contains};
 use bih_core::tree::NodeRow;
 use bih_core::{Bounds, BuildOptions, Tree as CoreTree, tree};
-use numpy::{PyArray, PyArray1, PyArray2};
+use numpy::{PyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyByteArray, PyType};
@@ -192,6 +192,26 @@ impl Tree {
             |core, triangles, rays, control| Ok(rays.cost(core, triangles, control)?),
         )?;
         Ok(cost_arrays(py, &counts))
+    }
+
+    /// How many tests of each ray of `intersect` came to each means of deciding.
+    fn decision_cost<'py>(
+        &self,
+        py: Python<'py>,
+        origins: &Bound<'py, PyAny>,
+        directions: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyArray2<i32>>> {
+        let decisions = self.query(
+            py,
+            origins,
+            directions,
+            &Limit::Number(0.0),
+            &Limit::Number(f64::INFINITY),
+            SUPERVISED,
+            |core, triangles, rays, control| Ok(rays.decisions(core, triangles, control)?),
+        )?;
+        let counts = decisions.iter().flat_map(Decisions::counts).map(u32::cast_signed);
+        PyArray1::from_iter(py, counts).reshape([decisions.len(), 5])
     }
 
     /// What the tree is and what it cost.

@@ -224,7 +224,7 @@ impl Structure for EmbreeScene<'_> {
             Call::Coherent(8) => self.trace_packets(rays, &rays.packets_8, true),
             Call::Packet(_) => self.trace_packets(rays, &rays.packets_16, false),
             Call::Coherent(_) => self.trace_packets(rays, &rays.packets_16, true),
-            Call::Single | Call::TwoByTwo | Call::Batch => self.trace_singles(rays),
+            Call::Single | Call::Flight | Call::TwoByTwo | Call::Batch => self.trace_singles(rays),
         }
     }
 

@@ -4,8 +4,8 @@
 
 use std::cmp::Ordering::{self, Equal, Greater, Less};
 
-use super::watertight::UNDERFLOW;
-use super::{Distance, EPSILON, RayTest, exact};
+use super::side::{order, side};
+use super::{Distance, RayTest};
 use crate::geometry::{Bounds, Corners, Ray, Vector};
 
 /// What a triangle is to a point.
@@ -72,7 +72,7 @@ impl PointTest {
     fn sides(&self, corners: &Corners, x: usize, y: usize) -> [Ordering; 3] {
         let point = [self.point[x], self.point[y]];
         let [a, b, c] = corners.map(|corner| [corner[x], corner[y]]);
-        [side(&b, &c, &point), side(&c, &a, &point), side(&a, &b, &point)]
+        [side(&b, &c, &point).0, side(&c, &a, &point).0, side(&a, &b, &point).0]
     }
 }
 
@@ -81,38 +81,10 @@ fn are_opposite(sides: &[Ordering; 3]) -> bool {
     sides.contains(&Less) && sides.contains(&Greater)
 }
 
-/// The sign of (a − p) × (b − p) in the plane; exact.
-#[inline(always)]
-fn side(a: &[f64; 2], b: &[f64; 2], p: &[f64; 2]) -> Ordering {
-    let [ax, ay] = [a[0] - p[0], a[1] - p[1]];
-    let [bx, by] = [b[0] - p[0], b[1] - p[1]];
-    let (left, right) = (ax * by, ay * bx);
-    let value = left - right;
-    // A product has three roundings, the difference one. Where anything is infinite or NaN this is false.
-    if value.abs() > 5.0 * EPSILON * (left.abs() + right.abs()) + UNDERFLOW {
-        return order(value, 0.0);
-    }
-    // A rounded difference has the sign of the true one, and two products of different signs are in the order of these.
-    let sign = |x: f64| order(x, 0.0) as i8;
-    let (left, right) = (sign(ax) * sign(by), sign(ay) * sign(bx));
-    if left != right || left == 0 { left.cmp(&right) } else { exact::side(a, b, p) }
-}
-
 /// The side once the point is moved by (ε, ε²): it is on neither only where a and b are one point.
 #[inline(always)]
 fn moved(side: Ordering, a: &Vector, b: &Vector) -> Ordering {
     side.then(order(a[1], b[1])).then(order(b[0], a[0]))
-}
-
-#[inline(always)]
-fn order(a: f64, b: f64) -> Ordering {
-    if a < b {
-        Less
-    } else if a > b {
-        Greater
-    } else {
-        Equal
-    }
 }
 
 #[cfg(test)]
@@ -172,26 +144,6 @@ mod tests {
                 seen += above;
             }
             assert_eq!(seen, 16);
-        }
-    }
-
-    #[test]
-    fn sides_are_those_of_whole_numbers() {
-        let mut state = 1u64;
-        let mut number = move || {
-            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-            let whole = ((state >> 33) % 9) as f64 - 4.0;
-            match state >> 61 {
-                0 => whole * 1e-300,
-                1 => whole + 1e-16,
-                2 => whole * 1e300,
-                3 => whole / 3.0,
-                _ => whole,
-            }
-        };
-        for _ in 0..20_000 {
-            let [a, b, p] = std::array::from_fn(|_| [number(), number()]);
-            assert_eq!(side(&a, &b, &p), exact::side(&a, &b, &p), "{a:?} {b:?} {p:?}");
         }
     }
 }

@@ -3,11 +3,15 @@
 use std::array::from_fn;
 use std::cmp::Ordering;
 
-use super::exact;
 use super::real::Real;
-use super::watertight::UNDERFLOW;
-use super::{EPSILON, RayTest};
+use super::side::{order, side};
+use super::watertight::{UNDERFLOW, seen_along};
+use super::{EPSILON, Means, RayTest, exact, pairs};
 use crate::geometry::{Corners, Vector, subtract};
+
+/// What precision `watertight` promises: of t relatively, of the weights absolutely.
+const DISTANCE_LIMIT: f64 = 1.0 / (1u64 << 40) as f64;
+const WEIGHT_LIMIT: f64 = 1.0 / (1u64 << 32) as f64;
 
 /// `t` of a triangle that the ray's line meets: the true value lies within `error` of `t`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,13 +49,12 @@ pub(super) fn triple_product(a: &Vector, b: &Vector, c: &Vector) -> Approximatio
 pub(super) fn quotient(above: Approximation, below: Approximation) -> Approximation {
     let value = above.value / below.value;
     let margin = below.value.abs() - below.error;
-    if !(margin > below.error && value.is_finite()) {
-        return Approximation { value: 0.0, error: f64::INFINITY };
-    }
     let error = (above.error + value.abs() * below.error) / margin;
     // The division's own rounding, and those made in bounding it.
     let error = error * (1.0 + 16.0 * EPSILON) + 2.0 * EPSILON * value.abs() + f64::MIN_POSITIVE;
-    Approximation { value, error }
+    // No branch, so that a loop over hits becomes vectors.
+    let is_known = (margin > below.error) & (value.abs() < f64::INFINITY);
+    Approximation { value: if is_known { value } else { 0.0 }, error: if is_known { error } else { f64::INFINITY } }
 }
 
 /// The corner a relative to the origin, and the edges b − a and c − a.
@@ -96,10 +99,16 @@ impl Distance {
     /// The order of the true value and `x`; exact.
     #[inline]
     pub fn compare_with<T: Real>(&self, x: f64, test: &RayTest, corners: &T) -> Ordering {
+        self.compared_with(x, test, corners).0
+    }
+
+    /// The same, and what it takes to tell.
+    #[inline]
+    pub fn compared_with<T: Real>(&self, x: f64, test: &RayTest, corners: &T) -> (Ordering, Means) {
         if self.upper() < x {
-            Ordering::Less
+            (Ordering::Less, Means::Double)
         } else if self.lower() > x {
-            Ordering::Greater
+            (Ordering::Greater, Means::Double)
         } else {
             exact::compare_distance_with(corners, &test.origin, &test.direction, x)
         }
@@ -108,40 +117,99 @@ impl Distance {
     /// The order of two true values; exact.
     #[inline]
     pub fn compare<T: Real + PartialEq>(&self, corners: &T, other: &Self, others: &T, test: &RayTest) -> Ordering {
+        self.compared(corners, other, others, test).0
+    }
+
+    /// The same, and what it takes to tell.
+    #[inline]
+    pub fn compared<T: Real + PartialEq>(
+        &self,
+        corners: &T,
+        other: &Self,
+        others: &T,
+        test: &RayTest,
+    ) -> (Ordering, Means) {
         if self.upper() < other.lower() {
-            Ordering::Less
+            (Ordering::Less, Means::Double)
         } else if self.lower() > other.upper() {
-            Ordering::Greater
+            (Ordering::Greater, Means::Double)
         } else if corners == others {
             // Meshes do hold the same triangle many times.
-            Ordering::Equal
+            (Ordering::Equal, Means::Double)
         } else {
-            exact::compare_distances(corners, others, &test.origin, &test.direction)
+            compare_exactly(corners, others, test)
         }
     }
 
     /// The same value with an error of at most 2^-40 of it.
     pub fn refined(self, test: &RayTest, corners: &Corners) -> Self {
-        const LIMIT: f64 = 1.0 / (1u64 << 40) as f64;
-        if self.error <= LIMIT * self.t.abs() { self } else { Self::exact(test, corners) }
+        if self.error <= DISTANCE_LIMIT * self.t.abs() { self } else { Self::exact(test, corners) }
     }
+}
+
+/// The order of the distances of two triangles that the line meets and is not parallel to, by one means after another.
+#[cold]
+#[inline(never)]
+fn compare_exactly<T: Real>(first: &T, second: &T, test: &RayTest) -> (Ordering, Means) {
+    if let (Some(one), Some(other)) = (first.doubles(), second.doubles()) {
+        let order = test.axis().and_then(|axis| compare_along(axis, one, other, test));
+        if let Some(order) = order.or_else(|| pairs::compare_distances(one, other, &test.origin, &test.direction)) {
+            return (order, Means::Pairs);
+        }
+    }
+    exact::compare_distances(first, second, &test.origin, &test.direction)
+}
+
+/// The same where a ray along an axis meets a corner of each, or an edge that both share.
+fn compare_along(axis: usize, first: &Corners, second: &Corners, test: &RayTest) -> Option<Ordering> {
+    let origin = seen_along(axis, &test.origin);
+    let met = |corners: &Corners| corners.iter().find(|corner| seen_along(axis, corner) == origin).map(|p| p[axis]);
+    if let (Some(one), Some(other)) = (met(first), met(second)) {
+        let order = order(one, other);
+        return Some(if test.direction[axis] < 0.0 { order.reverse() } else { order });
+    }
+    let mut shared = first.iter().filter(|corner| second.contains(corner)).map(|corner| seen_along(axis, corner));
+    let (a, b) = (shared.next()?, shared.next()?);
+    (side(&a, &b, &origin).0 == Ordering::Equal).then_some(Ordering::Equal)
+}
+
+/// t and the weights, not yet clamped, of a hit whose numbers in double precision are narrow enough: those of
+/// `Distance::refined` and `weights`, to the bit, where the bounds of all triangles are finite. Else t is NaN. Without a
+/// branch.
+#[inline(always)]
+pub fn located_quickly(origin: &Vector, direction: &Vector, [a, b, c]: &Corners) -> [f64; 3] {
+    /// Far below what `RayTest::is_in_range` asks.
+    const LARGEST: f64 = 1e60;
+    let (to_corner, e1, e2) = (subtract(a, origin), subtract(b, a), subtract(c, a));
+    let below = triple_product(direction, &e1, &e2);
+    let t = quotient(triple_product(&to_corner, &e1, &e2), below);
+    let u = quotient(triple_product(direction, &e2, &to_corner), below);
+    let v = quotient(triple_product(direction, &to_corner, &e1), below);
+    let is_small = |v: &Vector| (v[0].abs() < LARGEST) & (v[1].abs() < LARGEST) & (v[2].abs() < LARGEST);
+    let is_narrow = (t.error <= DISTANCE_LIMIT * t.value.abs()) & (u.error < WEIGHT_LIMIT) & (v.error < WEIGHT_LIMIT);
+    let is_known = is_narrow & (t.error < f64::INFINITY) & is_small(origin) & is_small(direction);
+    [if is_known { t.value } else { f64::NAN }, u.value, v.value]
+}
+
+/// Weights between 0 and 1, their sum too.
+#[inline(always)]
+pub fn clamped([u, v]: [f64; 2]) -> [f64; 2] {
+    let u = u.clamp(0.0, 1.0);
+    [u, v.clamp(0.0, 1.0 - u)]
 }
 
 /// Barycentric weights of the second and third vertex of a triangle that the ray's line meets, each within 2^-32.
 pub fn weights(test: &RayTest, corners: &Corners) -> [f64; 2] {
-    const LIMIT: f64 = 1.0 / (1u64 << 32) as f64;
     // From a − o + u e1 + v e2 = t d by products with e2 × d and e1 × d.
     let [to_corner, e1, e2] = relative(test, corners);
     let below = triple_product(&test.direction, &e1, &e2);
     let u = quotient(triple_product(&test.direction, &e2, &to_corner), below);
     let v = quotient(triple_product(&test.direction, &to_corner, &e1), below);
-    let [u, v] = if test.is_in_range() && u.error < LIMIT && v.error < LIMIT {
+    clamped(if test.is_in_range() && u.error < WEIGHT_LIMIT && v.error < WEIGHT_LIMIT {
         [u.value, v.value]
     } else {
         exact::weights(corners, &test.origin, &test.direction)
-    };
-    let u = u.clamp(0.0, 1.0);
-    [u, v.clamp(0.0, 1.0 - u)]
+    })
 }
 
 #[cfg(test)]
@@ -174,6 +242,28 @@ mod tests {
         assert_eq!(flat.compare(&TRIANGLE, &near, &tilted, &test), Ordering::Greater);
         assert_eq!(near.compare(&tilted, &flat, &TRIANGLE, &test), Ordering::Less);
         assert_eq!(flat.compare(&TRIANGLE, &flat, &TRIANGLE, &test), Ordering::Equal);
+    }
+
+    #[test]
+    fn along_an_axis_corners_and_shared_edges_are_ordered_as_whole_numbers_have_it() {
+        let [a, b, c, d] = [[0.125, 0.25, 0.3], [0.75, -0.5, 0.9], [-0.3, 0.8, 0.4], [0.6, 0.9, -0.2]];
+        let higher = [0.125, 0.25, 0.3f64.next_up()];
+        let middle = [0.4375, -0.125];
+        for direction in [[0.0, 0.0, 1.0], [0.0, 0.0, -0.7]] {
+            for [x, y] in [[0.125, 0.25], middle] {
+                let test = RayTest::new(&Ray::new([x, y, -2.0], direction), &BOX);
+                let triangles: [Corners; 5] = [[a, b, c], [b, a, d], [d, a, b], [higher, b, d], [c, higher, b]];
+                for (one, other) in triangles.iter().flat_map(|one| triangles.iter().map(move |other| (one, other))) {
+                    let (truth, _) = exact::compare_distances(one, other, &test.origin, &test.direction);
+                    let [near, far] = [one, other].map(|corners| Distance::new(&test, corners));
+                    assert_eq!(near.compare(one, &far, other, &test), truth, "{one:?} {other:?} {direction:?}");
+                    if let Some(order) = compare_along(2, one, other, &test) {
+                        assert_eq!(order, truth, "{one:?} {other:?} {direction:?}");
+                    }
+                }
+                assert_eq!(compare_along(2, &triangles[0], &triangles[1], &test), Some(Ordering::Equal));
+            }
+        }
     }
 
     #[test]

@@ -1,8 +1,10 @@
 //! Sums of two doubles, by additions and products whose rounding errors are numbers too: Dekker 1971, "A Floating-Point
 //! Technique for Extending the Available Precision"; Ogita, Rump and Oishi 2005, "Accurate Sum and Dot Product".
 //!
-//! Nothing is exact here but `difference` and what stands in `two_sum`, `two_product` and `normalised`; docs/accuracy.md,
+//! Nothing is exact here but `difference` and what stands in `two_sum`, `two_product`, `settled` and `normalised`; docs/accuracy.md,
 //! section 6, counts the rest. No branch, so that a loop over rays becomes vectors.
+
+use crate::geometry::Vector;
 
 /// head + tail
 #[derive(Debug, Clone, Copy)]
@@ -15,7 +17,7 @@ pub(super) type PairVector = [Pair; 3];
 
 /// a + b and what rounding took from it (Knuth 1969).
 #[inline(always)]
-fn two_sum(a: f64, b: f64) -> Pair {
+pub(super) fn two_sum(a: f64, b: f64) -> Pair {
     let head = a + b;
     let of_b = head - a;
     Pair { head, tail: (a - (head - of_b)) + (b - of_b) }
@@ -23,7 +25,7 @@ fn two_sum(a: f64, b: f64) -> Pair {
 
 /// a · b and what rounding took from it, where neither overflows nor underflows.
 #[inline(always)]
-fn two_product(a: f64, b: f64) -> Pair {
+pub(super) fn two_product(a: f64, b: f64) -> Pair {
     let head = a * b;
     Pair { head, tail: a.mul_add(b, -head) }
 }
@@ -48,7 +50,7 @@ impl Pair {
     }
 
     #[inline(always)]
-    fn times(self, other: Self) -> Self {
+    pub fn times(self, other: Self) -> Self {
         let Self { head, tail } = two_product(self.head, other.head);
         Self { head, tail: self.head.mul_add(other.tail, self.tail.mul_add(other.head, tail)) }
     }
@@ -60,17 +62,37 @@ impl Pair {
     }
 
     #[inline(always)]
-    fn minus(self, other: Self) -> Self {
+    pub fn minus(self, other: Self) -> Self {
         let Self { head, tail } = two_sum(self.head, -other.head);
         Self { head, tail: (self.tail - other.tail) + tail }
     }
 
-    /// The same with the nearest double as its head, if the tail is not larger than the head.
+    /// The same with the nearest double as its head.
+    #[inline(always)]
+    pub fn settled(self) -> Self {
+        two_sum(self.head, self.tail)
+    }
+
+    /// The same in half the operations, if the tail is not larger than the head.
     #[inline(always)]
     pub fn normalised(self) -> Self {
         let head = self.head + self.tail;
         Self { head, tail: self.tail - (head - self.head) }
     }
+}
+
+/// a − b
+#[inline(always)]
+pub(super) fn differences(a: &Vector, b: &Vector) -> PairVector {
+    [difference(a[0], b[0]), difference(a[1], b[1]), difference(a[2], b[2])]
+}
+
+/// The largest component, rounded to a double.
+#[inline(always)]
+pub(super) fn largest(a: &PairVector) -> f64 {
+    // Not `max`, which would look for NaN.
+    let larger = |a: f64, b: f64| if a > b { a } else { b };
+    larger(larger(a[0].head.abs(), a[1].head.abs()), a[2].head.abs())
 }
 
 /// a × b

@@ -7,6 +7,7 @@ use std::cmp::Ordering;
 
 use num_bigint::{BigInt, BigUint, Sign};
 
+use super::Means;
 use super::fixed::{parts, scale};
 use super::real::Real;
 use super::whole::Question;
@@ -110,31 +111,41 @@ pub(super) fn edges<T: Real>(corners: &T, origin: &Vector, direction: &Vector) -
     [dot(&direction, &cross(&b, &c)), dot(&direction, &cross(&c, &a)), dot(&direction, &cross(&a, &b))]
 }
 
+/// What fixed lengths say, and where they have no room what big integers say.
+fn decided<T>(fixed: Option<T>, big: impl FnOnce() -> T) -> (T, Means) {
+    fixed.map_or_else(|| (big(), Means::Big), |answer| (answer, Means::Whole))
+}
+
 /// Whether the line of the ray meets the closed triangle: all edge values of one sign or zero, and not all zero. Some of
 /// the signs may be known.
-pub fn is_inside<T: Real>(corners: &T, origin: &Vector, direction: &Vector, known: [Option<Ordering>; 3]) -> bool {
-    Question::new(origin, direction, &[corners]).is_inside(corners, known).unwrap_or_else(|| {
+pub fn is_inside<T: Real>(
+    corners: &T,
+    origin: &Vector,
+    direction: &Vector,
+    known: [Option<Ordering>; 3],
+) -> (bool, Means) {
+    decided(Question::new(origin, direction, &[corners]).is_inside(corners, known), || {
         let signs = edges(corners, origin, direction).map(|edge| edge.sign());
         signs.contains(&Ordering::Less) != signs.contains(&Ordering::Greater)
     })
 }
 
 /// The order of the distances of two triangles that the ray is not parallel to.
-pub fn compare_distances<T: Real>(first: &T, second: &T, origin: &Vector, direction: &Vector) -> Ordering {
-    Question::new(origin, direction, &[first, second]).compare(first, second).unwrap_or_else(|| {
+pub fn compare_distances<T: Real>(first: &T, second: &T, origin: &Vector, direction: &Vector) -> (Ordering, Means) {
+    decided(Question::new(origin, direction, &[first, second]).compare(first, second), || {
         let [first, second] = [first, second].map(|corners| Fraction::distance(corners, origin, direction));
         first.compare(&second)
     })
 }
 
 /// The order of such a distance and a double; infinities compare as they should.
-pub fn compare_distance_with<T: Real>(corners: &T, origin: &Vector, direction: &Vector, x: f64) -> Ordering {
+pub fn compare_distance_with<T: Real>(corners: &T, origin: &Vector, direction: &Vector, x: f64) -> (Ordering, Means) {
     if x.is_infinite() {
-        return if x > 0.0 { Ordering::Less } else { Ordering::Greater };
+        return (if x > 0.0 { Ordering::Less } else { Ordering::Greater }, Means::Double);
     }
-    Question::new(origin, direction, &[corners])
-        .compare_with(corners, x)
-        .unwrap_or_else(|| Fraction::distance(corners, origin, direction).compare_with(x))
+    decided(Question::new(origin, direction, &[corners]).compare_with(corners, x), || {
+        Fraction::distance(corners, origin, direction).compare_with(x)
+    })
 }
 
 /// Such a distance, off by hardly more than half a unit in the last place; the largest finite number for all beyond it.
@@ -185,7 +196,7 @@ pub fn is_degenerate<T: Real>(corners: &T) -> bool {
 
 /// A quotient of two dyadic numbers with a positive divisor.
 #[derive(Debug, Clone)]
-pub(super) struct Fraction {
+pub(crate) struct Fraction {
     numerator: Dyadic,
     denominator: Dyadic,
 }

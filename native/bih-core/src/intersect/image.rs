@@ -46,7 +46,7 @@ impl Image {
 
     #[cold]
     fn is_met_exactly(&self, test: &RayTest) -> bool {
-        self.is_finite() && exact::is_inside(self, &test.origin, &test.direction, [None; 3])
+        self.is_finite() && exact::is_inside(self, &test.origin, &test.direction, [None; 3]).0
     }
 
     /// Whether the line, moved by less than any number, crosses the image; exact.

@@ -32,16 +32,20 @@ impl<L: Lanes> Meeting<L> {
     #[inline(always)]
     pub fn new(origin: &[L; 3], direction: &[L; 3], corners: &[[L; 3]; 3]) -> Self {
         let [v0, v1, v2] = corners;
-        let to_vertex = minus(v0, origin);
-        let (e1, e2) = (minus(v0, v1), minus(v2, v0));
+        Self::of(&minus(v0, origin), minus(v0, v1), minus(v2, v0), direction)
+    }
+
+    /// The same of c, e₁ and e₂.
+    #[inline(always)]
+    pub fn of(to_vertex: &[L; 3], e1: [L; 3], e2: [L; 3], direction: &[L; 3]) -> Self {
         let normal = cross(&e2, &e1);
-        let moment = cross(&to_vertex, direction);
+        let moment = cross(to_vertex, direction);
         let below = dot(&normal, direction);
         Self {
             size: below.magnitude(),
             u: dot(&moment, &e2).turned_by(below),
             v: dot(&moment, &e1).turned_by(below),
-            t: dot(&normal, &to_vertex).turned_by(below),
+            t: dot(&normal, to_vertex).turned_by(below),
             e1,
             e2,
         }

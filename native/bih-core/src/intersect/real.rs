@@ -15,6 +15,9 @@ pub trait Real {
     /// The coordinates over 2^`exponent`, which has to be one that `span` allows.
     fn whole<const A: usize>(&self, exponent: i32) -> [[Int<A>; 3]; 3];
 
+    /// The corners, if each coordinate is one double.
+    fn doubles(&self) -> Option<&Corners>;
+
     /// In numbers of any length.
     fn points(&self) -> [exact::Point; 3];
 }
@@ -28,6 +31,11 @@ impl Real for Corners {
     #[inline(always)]
     fn whole<const A: usize>(&self, exponent: i32) -> [[Int<A>; 3]; 3] {
         self.map(|corner| corner.map(|x| Int::scaled(x, exponent)))
+    }
+
+    #[inline(always)]
+    fn doubles(&self) -> Option<&Corners> {
+        Some(self)
     }
 
     fn points(&self) -> [exact::Point; 3] {
@@ -69,6 +77,10 @@ impl Real for Image {
             let term = |i: usize| Int::product(row[i], corner[i], exponent);
             term(0).plus(&term(1)).plus(&term(2)).plus(&Int::scaled(shift, exponent))
         })
+    }
+
+    fn doubles(&self) -> Option<&Corners> {
+        None
     }
 
     fn points(&self) -> [exact::Point; 3] {

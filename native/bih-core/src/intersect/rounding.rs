@@ -1,8 +1,8 @@
 //! Distance and weights of a hit with an error below one unit in the last place: what precision `exact` answers.
 
-use super::double_double::{Pair, PairVector, cross, difference, dot, quotient};
-use super::exact;
-use crate::geometry::{Corners, Vector};
+use super::double_double::{Pair, cross, differences, dot, largest, quotient};
+use super::{RayTest, exact};
+use crate::geometry::{Bounds, Corners, Ray, Vector};
 
 /// Where lengths and directions are below this, and products above `SMALLEST`, nothing overflows, and what underflows is
 /// far below the error bound.
@@ -60,29 +60,19 @@ pub fn rounded(
 #[cold]
 #[inline(never)]
 fn completed([t, u, v]: [f64; 3], origin: &Vector, direction: &Vector, corners: &Corners) -> Option<[f64; 3]> {
+    let test = RayTest::new(&Ray::new(*origin, *direction), &Bounds::of_triangle(corners));
     let are_finite = corners.as_flattened().iter().all(|x| x.is_finite());
-    if !(are_finite && exact::is_inside(corners, origin, direction, [None; 3])) {
+    if !(are_finite && test.is_inside(corners)) {
         return None;
     }
     let t = if t.is_nan() { exact::distance(corners, origin, direction) } else { t };
+    let [is_u_zero, is_v_zero] = test.zero_weights(corners);
+    let (u, v) = (if is_u_zero { 0.0 } else { u }, if is_v_zero { 0.0 } else { v });
     if !(u.is_nan() || v.is_nan()) {
         return Some([t, u, v]);
     }
     let [u, v] = exact::weights(corners, origin, direction);
     Some([t, u, v])
-}
-
-#[inline(always)]
-fn differences(a: &Vector, b: &Vector) -> PairVector {
-    [difference(a[0], b[0]), difference(a[1], b[1]), difference(a[2], b[2])]
-}
-
-/// The largest component, rounded to a double.
-#[inline(always)]
-fn largest(a: &PairVector) -> f64 {
-    // Not `max`, which would look for NaN.
-    let larger = |a: f64, b: f64| if a > b { a } else { b };
-    larger(larger(a[0].head.abs(), a[1].head.abs()), a[2].head.abs())
 }
 
 /// Whether a triple product of vectors with these largest components is far above its error.
@@ -129,7 +119,7 @@ mod tests {
     fn what_is_quickly_said_is_within_an_ulp_and_most_is() {
         let (mut said, mut all) = (0, 0);
         for (origin, direction, corners) in cases() {
-            if !is_inside(&corners, &origin, &direction, [None; 3]) {
+            if !is_inside(&corners, &origin, &direction, [None; 3]).0 {
                 continue;
             }
             let t = Fraction::distance(&corners, &origin, &direction);

@@ -4,10 +4,12 @@
 //! relative to the origin of the ray. They are computed in double precision; where rounding could have changed a sign
 //! that matters, whole numbers decide. docs/accuracy.md derives the bounds.
 
+use std::array::from_fn;
 use std::cmp::Ordering;
 
 use super::distance::{Approximation, triple_product};
-use super::{EPSILON, exact};
+use super::side::{Place, side};
+use super::{EPSILON, Means, exact, pairs};
 use crate::geometry::{Bounds, Corners, Ray, Vector, cross, dot, subtract};
 
 /// Products of three numbers of at most twice this size do not overflow.
@@ -89,34 +91,94 @@ impl RayTest {
     /// Whether the line of the ray meets the closed triangle; exact.
     #[inline(always)]
     pub fn is_inside(&self, corners: &Corners) -> bool {
-        self.is_clearly_inside(corners).unwrap_or_else(|| self.is_inside_exactly(corners))
+        self.inside(corners).0
     }
 
-    /// By error bounds of the triangle's own distances, which are smaller than the scene's, and then exactly.
+    /// The same, and what it takes to tell.
+    #[inline(always)]
+    pub fn inside(&self, corners: &Corners) -> (bool, Means) {
+        match self.is_clearly_inside(corners) {
+            Some(is_inside) => (is_inside, Means::Double),
+            None => self.is_inside_exactly(corners),
+        }
+    }
+
+    /// By one means after another.
     #[cold]
-    fn is_inside_exactly(&self, corners: &Corners) -> bool {
+    #[inline(never)]
+    fn is_inside_exactly(&self, corners: &Corners) -> (bool, Means) {
+        if !corners.as_flattened().iter().all(|x| x.is_finite()) {
+            return (false, Means::Double);
+        }
+        if let Some(axis) = self.axis() {
+            let sides = self.sides(corners, axis);
+            let means = sides.iter().map(|side| side.1).max().unwrap_or(Means::Double);
+            return (are_on_one_side(&sides.map(|side| Some(side.0))), means);
+        }
         let mut known = [None; 3];
         if self.is_in_range() {
-            let [a, b, c] = corners.map(|corner| subtract(&corner, &self.origin));
-            let d = &self.direction;
-            let edges = [triple_product(d, &b, &c), triple_product(d, &c, &a), triple_product(d, &a, &b)];
-            known = edges.map(
-                |Approximation { value, error }| {
-                    if value.abs() > error { value.partial_cmp(&0.0) } else { None }
-                },
-            );
-            let [is_negative, is_positive] =
-                [Ordering::Less, Ordering::Greater].map(|sign| known.contains(&Some(sign)));
-            if is_negative && is_positive {
-                return false;
+            known = self.signs(corners);
+            if is_settled(&known) {
+                return (are_on_one_side(&known), Means::Double);
             }
-            if !known.contains(&None) {
-                return true;
+            let by_pairs = pairs::edge_signs(corners, &self.origin, &self.direction);
+            known = from_fn(|edge| known[edge].or(by_pairs[edge]));
+            if is_settled(&known) {
+                return (are_on_one_side(&known), Means::Pairs);
             }
         }
-        corners.iter().flatten().all(|x| x.is_finite())
-            && exact::is_inside(corners, &self.origin, &self.direction, known)
+        exact::is_inside(corners, &self.origin, &self.direction, known)
     }
+
+    /// The signs of the edge values that error bounds of the triangle's own distances tell, which are smaller than the
+    /// scene's.
+    fn signs(&self, corners: &Corners) -> [Option<Ordering>; 3] {
+        let [a, b, c] = corners.map(|corner| subtract(&corner, &self.origin));
+        let d = &self.direction;
+        let edges = [triple_product(d, &b, &c), triple_product(d, &c, &a), triple_product(d, &a, &b)];
+        edges.map(|Approximation { value, error }| if value.abs() > error { value.partial_cmp(&0.0) } else { None })
+    }
+
+    /// The axis that the ray runs along, if there is one.
+    pub(super) fn axis(&self) -> Option<usize> {
+        match self.direction.map(|x| x == 0.0) {
+            [false, true, true] => Some(0),
+            [true, false, true] => Some(1),
+            [true, true, false] => Some(2),
+            _ => None,
+        }
+    }
+
+    /// Whether the weights of the second and third vertex are known to be zero, of a triangle that the line meets.
+    pub(super) fn zero_weights(&self, corners: &Corners) -> [bool; 2] {
+        self.axis().map_or([false; 2], |axis| {
+            let [_, second, third] = self.sides(corners, axis);
+            [second.0 == Ordering::Equal, third.0 == Ordering::Equal]
+        })
+    }
+
+    /// What is left of the edge values' signs for a ray along an axis: which way round they are is not told. What it
+    /// takes to tell, too.
+    fn sides(&self, corners: &Corners, axis: usize) -> [(Ordering, Means); 3] {
+        let [a, b, c] = corners.map(|corner| seen_along(axis, &corner));
+        let origin = seen_along(axis, &self.origin);
+        [side(&b, &c, &origin), side(&c, &a, &origin), side(&a, &b, &origin)]
+    }
+}
+
+/// A point in the plane across an axis.
+pub(super) fn seen_along(axis: usize, point: &Vector) -> Place {
+    [point[(axis + 1) % 3], point[(axis + 2) % 3]]
+}
+
+/// Whether signs of edge values, as far as they are known, tell whether the line meets the triangle.
+fn is_settled(known: &[Option<Ordering>; 3]) -> bool {
+    !known.contains(&None) || [Ordering::Less, Ordering::Greater].iter().all(|&sign| known.contains(&Some(sign)))
+}
+
+/// Whether the line meets the triangle: no two signs are opposite, and not all are zero.
+fn are_on_one_side(signs: &[Option<Ordering>; 3]) -> bool {
+    signs.contains(&Some(Ordering::Less)) != signs.contains(&Some(Ordering::Greater))
 }
 
 /// Whether the corners, all finite, lie on a line: nothing can hit such a triangle.
@@ -208,11 +270,50 @@ mod tests {
             let weight = random(state);
             let target: Vector = std::array::from_fn(|i| corners[0][i] + weight * (corners[1][i] - corners[0][i]));
             let ray = Ray::new(origin, subtract(&target, &origin));
-            let truth = exact::is_inside(&corners, &ray.origin, &ray.direction, [None; 3]);
+            let (truth, _) = exact::is_inside(&corners, &ray.origin, &ray.direction, [None; 3]);
             assert_eq!(RayTest::new(&ray, &FAR).is_inside(&corners), truth, "{corners:?} {ray:?}");
             inside += usize::from(truth);
         }
         // Half of the weights lie on the edge, and half of those fall inside.
         assert!((4_000..6_000).contains(&inside), "{inside}");
+    }
+
+    /// Rays along an axis through vertices, through points of edges and in planes that hold an edge, of either precision.
+    #[test]
+    fn along_an_axis_sides_tell() {
+        let state = &mut 5;
+        let (mut inside, mut zero) = (0, 0);
+        for round in 0..6_000 {
+            let mut point = || -> Vector {
+                let p: Vector = std::array::from_fn(|_| random(state));
+                if round % 2 == 0 { p.map(|x| f64::from(x as f32)) } else { p }
+            };
+            let mut corners = [point(), point(), point()];
+            let axis = round % 3;
+            if round % 7 == 0 {
+                corners[1][axis] = corners[0][axis];
+            }
+            let mut origin: Vector = match round % 5 {
+                0 => std::array::from_fn(|i| 0.5 * (corners[0][i] + corners[1][i])),
+                1 => corners[2],
+                2 => [corners[0][0], corners[1][1], corners[0][2]],
+                _ => corners[1],
+            };
+            origin[axis] = -4.0;
+            let mut direction = [0.0; 3];
+            direction[axis] = if round % 11 == 0 { -0.3 } else { 0.7 };
+            let test = RayTest::new(&Ray::new(origin, direction), &FAR);
+            let (truth, _) = exact::is_inside(&corners, &origin, &direction, [None; 3]);
+            assert_eq!(test.is_inside(&corners), truth, "{corners:?} {origin:?} {direction:?}");
+            inside += usize::from(truth);
+            if truth {
+                let weights = exact::weights(&corners, &origin, &direction);
+                for (is_zero, weight) in test.zero_weights(&corners).into_iter().zip(weights) {
+                    assert_eq!(is_zero, weight == 0.0, "{corners:?} {origin:?} {direction:?}");
+                    zero += usize::from(is_zero);
+                }
+            }
+        }
+        assert!(inside > 3_000 && zero > 2_000, "{inside} {zero}");
     }
 }

@@ -27,7 +27,7 @@ impl Tracer<'_> {
         dispatch_to(self.set, All { tracer: self, rays, most, stack, hits: &mut *hits, ends: &mut *ends });
         if self.tree.precision == Precision::Exact {
             for (ray, &end) in rays.iter().zip(&ends[first..]) {
-                round_all(self.set, self.triangles, ray, &mut hits[start..end]);
+                round_all(self, ray, &mut hits[start..end]);
                 start = end;
             }
         }

@@ -5,7 +5,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::trace::{Tracer, Way};
-use super::{Counts, Hit, Stack};
+use super::{Counts, Decisions, Hit, Stack};
 use crate::control::{Cancelled, Control};
 use crate::geometry::{Ray, Triangles};
 use crate::simd::FloatEnvironment;
@@ -182,6 +182,18 @@ impl RayBatch<'_> {
     pub fn cost(&self, tree: &Tree, triangles: &Triangles, control: &Control) -> Result<Vec<Counts>, Cancelled> {
         self.each(CHUNK, control, |worker, counts| {
             Tracer::new(tree, triangles).cost(&worker.rays, &mut worker.stack, counts);
+        })
+    }
+
+    /// How many tests of each ray the filters of exact decisions leave over.
+    pub fn decisions(
+        &self,
+        tree: &Tree,
+        triangles: &Triangles,
+        control: &Control,
+    ) -> Result<Vec<Decisions>, Cancelled> {
+        self.each(CHUNK, control, |worker, decisions| {
+            Tracer::new(tree, triangles).decisions(&worker.rays, &mut worker.stack, decisions);
         })
     }
 

@@ -12,7 +12,7 @@ use super::watertight::WatertightClosest;
 use super::{Counter, node_search, single, wide};
 use crate::build::Precision;
 use crate::geometry::{Corners, Ray, Triangles};
-use crate::intersect::{Distance, RayTest, Real, SingleHit, weights};
+use crate::intersect::{Distance, Means, RayTest, Real, SingleHit, weights};
 use crate::kd_tree;
 use crate::simd::Lanes;
 use crate::tree::{Kind, Tree};
@@ -63,6 +63,14 @@ impl Nearest {
         Self { ray: *ray, test: RayTest::new(ray, tree.bounds()), best: None, is_rounded_later }
     }
 
+    /// Goes on from a nearest triangle so far that the ray hits between its ends.
+    #[inline(always)]
+    pub(super) fn resumed(ray: &Ray, tree: &Tree, best: Option<(u32, Corners)>) -> Self {
+        let nearest = Self::new(ray, tree);
+        let best = best.map(|(row, corners)| Best { row, corners, distance: Distance::new(&nearest.test, &corners) });
+        Self { best, ..nearest }
+    }
+
     pub(super) fn ray(&self) -> &Ray {
         &self.ray
     }
@@ -73,8 +81,28 @@ impl Nearest {
         self.best.as_ref().map_or(self.ray.t_max, |best| best.distance.upper())
     }
 
+    /// The true t of the nearest triangle so far lies between these; t_max before there is one.
+    pub(super) fn interval(&self) -> [f64; 2] {
+        self.best.as_ref().map_or([self.ray.t_max; 2], |Best { distance, .. }| [distance.lower(), distance.upper()])
+    }
+
+    /// What it takes to decide whether a triangle is the nearest so far.
+    pub(super) fn means(&self, corners: &Corners) -> Means {
+        let Self { ray, test, best, .. } = self;
+        let (is_inside, means) = test.inside(corners);
+        if !is_inside {
+            return means;
+        }
+        let distance = Distance::new(test, corners);
+        let of_ends = [ray.t_min, ray.t_max].map(|end| distance.compared_with(end, test, corners).1);
+        let of_best =
+            best.map_or(Means::Double, |best| distance.compared(corners, &best.distance, &best.corners, test).1);
+        means.max(of_ends[0]).max(of_ends[1]).max(of_best)
+    }
+
+    /// Whether the triangle is the nearest so far.
     #[inline(always)]
-    pub(super) fn offer(&mut self, row: u32, corners: Corners) {
+    pub(super) fn offer(&mut self, row: u32, corners: Corners) -> bool {
         if let Some(distance) = distance_within(&self.ray, &self.test, &corners) {
             let order = match &self.best {
                 Some(best) => {
@@ -84,8 +112,10 @@ impl Nearest {
             };
             if order == Ordering::Less {
                 self.best = Some(Best { row, corners, distance });
+                return true;
             }
         }
+        false
     }
 
     pub(super) fn hit(&self) -> Option<Hit> {

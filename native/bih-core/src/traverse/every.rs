@@ -105,7 +105,7 @@ impl<V: Visitor> Walker for Guide<'_, V> {
 
     #[inline(always)]
     fn test<L: Lanes>(&mut self, scene: &Scene, leaf: Leaf, _: f32) -> bool {
-        for lane in bits(candidates::<L>(&self.filter, scene, leaf, self.limit)) {
+        for lane in bits(candidates::<L>(&self.filter, scene, &self.aim.ray, leaf, self.limit)) {
             let row = scene.row(leaf.first + lane);
             // For precision `fast` the tree holds corners in single precision, whatever the mesh's.
             let is_single = !scene.triangles.is_double();

@@ -3,7 +3,7 @@
 use super::closest::{Hit, Nearest, distance_within, hit_at};
 use super::count::crosses;
 use super::rounding::{round_all, round_hits};
-use super::single;
+use super::{Tracer, single};
 use crate::build::Precision;
 use crate::geometry::{Ray, Triangles, Vector};
 use crate::intersect::{PointTest, RayTest, Sight};
@@ -21,7 +21,7 @@ pub fn naive_closest(tree: &Tree, triangles: &Triangles, ray: &Ray) -> Option<Hi
     }
     let mut hit = [nearest.hit()];
     if tree.precision == Precision::Exact {
-        round_hits(InstructionSet::Scalar, triangles, &[*ray], &mut hit);
+        round_hits(&Tracer { tree, triangles, set: InstructionSet::Scalar }, &[*ray], &mut hit);
     }
     hit[0]
 }
@@ -50,7 +50,7 @@ pub fn naive_all(tree: &Tree, triangles: &Triangles, ray: &Ray) -> Vec<Hit> {
     });
     let mut hits: Vec<_> = met.iter().map(|(row, corners, distance)| hit_at(&test, *row, corners, distance)).collect();
     if tree.precision == Precision::Exact {
-        round_all(InstructionSet::Scalar, triangles, ray, &mut hits);
+        round_all(&Tracer { tree, triangles, set: InstructionSet::Scalar }, ray, &mut hits);
     }
     hits
 }

@@ -1,25 +1,34 @@
-//! The last step of precision `exact`: distances and weights of hits, each as near to the truth as doubles come, for many
-//! rays together.
+//! The last step: distances and weights of hits, of many rays together, as near to the truth as their precision promises.
 
-use super::Hit;
-use crate::geometry::{Corners, Ray, Triangles};
-use crate::intersect::{rounded, rounded_quickly};
-use crate::simd::{InstructionSet, Kernel, Lanes, dispatch_to};
+use super::closest::hit_at;
+use super::{Hit, Tracer};
+use crate::build::Precision;
+use crate::geometry::{Corners, Ray};
+use crate::intersect::{Distance, RayTest, clamped, located_quickly, rounded, rounded_quickly};
+use crate::simd::{Kernel, Lanes, dispatch_to};
 
 /// Hits that are rounded together: their numbers fit into the first-level cache.
 const TOGETHER: usize = 64;
 
-/// Put t and the weights into hits whose triangles are known.
-pub(super) fn round_hits(set: InstructionSet, triangles: &Triangles, rays: &[Ray], hits: &mut [Option<Hit>]) {
-    dispatch_to(set, Rounding { triangles, rays, hits });
+/// Put t and the weights into hits of which only the triangles are known: all of precision `exact`, and those of precision
+/// `watertight` that were found in wide records.
+pub(super) fn round_hits(tracer: &Tracer, rays: &[Ray], hits: &mut [Option<Hit>]) {
+    let are_known = match tracer.tree.precision {
+        Precision::Fast => true,
+        Precision::Watertight => tracer.tree.wide.is_none(),
+        Precision::Exact => false,
+    };
+    if !are_known {
+        dispatch_to(tracer.set, Rounding { tracer, rays, hits });
+    }
 }
 
 /// The same for all hits of one ray.
-pub(super) fn round_all(set: InstructionSet, triangles: &Triangles, ray: &Ray, hits: &mut [Hit]) {
+pub(super) fn round_all(tracer: &Tracer, ray: &Ray, hits: &mut [Hit]) {
     let rays = [*ray; TOGETHER];
     for hits in hits.chunks_mut(TOGETHER) {
         let mut some: [Option<Hit>; TOGETHER] = std::array::from_fn(|place| hits.get(place).copied());
-        round_hits(set, triangles, &rays, &mut some);
+        round_hits(tracer, &rays, &mut some);
         for (hit, rounded) in hits.iter_mut().zip(some.into_iter().flatten()) {
             *hit = rounded;
         }
@@ -27,7 +36,7 @@ pub(super) fn round_all(set: InstructionSet, triangles: &Triangles, ray: &Ray, h
 }
 
 struct Rounding<'a> {
-    triangles: &'a Triangles<'a>,
+    tracer: &'a Tracer<'a>,
     rays: &'a [Ray],
     hits: &'a mut [Option<Hit>],
 }
@@ -36,28 +45,52 @@ impl Kernel for Rounding<'_> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let mut columns = Columns { numbers: [[0.0; TOGETHER]; 15], answers: [[0.0; TOGETHER]; 3] };
+        let Tracer { tree, triangles, .. } = self.tracer;
+        let is_exact = tree.precision == Precision::Exact;
+        let is_finite = tree.bounds.lower.iter().chain(&tree.bounds.upper).all(|x| x.is_finite());
+        let mut columns = Columns { numbers: [[0.0; TOGETHER]; 15], answers: [[f64::NAN; TOGETHER]; 3] };
         let mut found = [0; TOGETHER];
         for (rays, hits) in self.rays.chunks(TOGETHER).zip(self.hits.chunks_mut(TOGETHER)) {
             let mut count = 0;
             for (place, (ray, hit)) in rays.iter().zip(&*hits).enumerate() {
                 if let Some(hit) = hit {
-                    columns.put(count, ray, &self.triangles.corners(hit.triangle));
+                    columns.put(count, ray, &triangles.corners(hit.triangle));
                     found[count] = place;
                     count += 1;
                 }
             }
-            columns.round(count);
+            if is_exact {
+                columns.round(count);
+            } else if is_finite {
+                columns.locate(count);
+            }
             for (lane, &place) in found[..count].iter().enumerate() {
                 let Some(hit) = &mut hits[place] else { continue };
                 let (ray, quickly) = (&rays[place], columns.answers.map(|answers| answers[lane]));
-                let corners = || self.triangles.corners(hit.triangle);
-                if let Some(numbers) = rounded(quickly, &ray.origin, &ray.direction, corners) {
-                    [hit.t, hit.u, hit.v] = numbers;
+                let corners = || triangles.corners(hit.triangle);
+                if is_exact {
+                    if let Some(numbers) = rounded(quickly, &ray.origin, &ray.direction, corners) {
+                        [hit.t, hit.u, hit.v] = numbers;
+                    }
+                } else if quickly[0].is_nan() {
+                    *hit = located(self.tracer, ray, hit, &corners());
+                } else {
+                    hit.t = quickly[0];
+                    [hit.u, hit.v] = clamped([quickly[1], quickly[2]]);
                 }
             }
         }
     }
+}
+
+/// What `locate` leaves open.
+#[cold]
+#[inline(never)]
+fn located(tracer: &Tracer, ray: &Ray, hit: &Hit, corners: &Corners) -> Hit {
+    let test = RayTest::new(ray, tracer.tree.bounds());
+    // It is not if the caller has changed the mesh since it was built.
+    let is_still_hit = test.is_inside(corners);
+    if is_still_hit { hit_at(&test, hit.triangle, corners, &Distance::new(&test, corners)) } else { *hit }
 }
 
 /// The numbers of some hits, a column for each of them, and their distances and weights.
@@ -84,6 +117,17 @@ impl Columns {
         for i in 0..count.next_multiple_of(8).min(TOGETHER) {
             let corners = [[ax[i], ay[i], az[i]], [bx[i], by[i], bz[i]], [cx[i], cy[i], cz[i]]];
             [t[i], u[i], v[i]] = rounded_quickly(&[ox[i], oy[i], oz[i]], &[dx[i], dy[i], dz[i]], &corners);
+        }
+    }
+
+    /// The same for precision `watertight`.
+    #[inline(always)]
+    fn locate(&mut self, count: usize) {
+        let [ox, oy, oz, dx, dy, dz, ax, ay, az, bx, by, bz, cx, cy, cz] = &self.numbers;
+        let [t, u, v] = &mut self.answers;
+        for i in 0..count.next_multiple_of(8).min(TOGETHER) {
+            let corners = [[ax[i], ay[i], az[i]], [bx[i], by[i], bz[i]], [cx[i], cy[i], cz[i]]];
+            [t[i], u[i], v[i]] = located_quickly(&[ox[i], oy[i], oz[i]], &[dx[i], dy[i], dz[i]], &corners);
         }
     }
 }

@@ -107,12 +107,23 @@ impl<'a> Scene<'a> {
         rows
     }
 
+    /// The corners of the triangles of a leaf as the caller has them.
+    #[inline(always)]
+    pub(super) fn all_corners(&self, leaf: Leaf) -> impl Iterator<Item = Corners> {
+        (leaf.first..leaf.first + leaf.count).map(|reference| self.triangles.corners(self.row(reference)))
+    }
+
     /// Tell the processor what is read next; without a branch, which could not be predicted.
     #[inline(always)]
     pub(super) fn prefetch(&self, word: u32) {
         let Wide { records, rows, .. } = self.wide;
         let (start, stride) = if Child::is_leaf(word) {
-            (rows.start().cast(), 9 * size_of::<f32>())
+            // Which of both it is, is the same for all leaves.
+            if rows.is_empty() {
+                (self.tree.order.start().cast(), size_of::<u32>())
+            } else {
+                (rows.start().cast(), 9 * size_of::<f32>())
+            }
         } else {
             (records.start(), records.stride())
         };

@@ -3,12 +3,12 @@
 //! This is where kernels begin, but for those of `all`, `count` and `contains`: everything below is compiled once for each
 //! instruction set.
 
+use super::decisions::decisions;
 use super::flight::{Rays, closest_in_flight, occluded_in_flight};
 use super::packet::{self, PACKET};
 use super::rounding::round_hits;
 use super::scene::Scene;
-use super::{Counts, Hit, Stack, Uncounted, closest, occlusion};
-use crate::build::Precision;
+use super::{Counts, Decisions, Hit, Stack, Uncounted, closest, occlusion};
 use crate::geometry::{Ray, Triangles};
 use crate::simd::{InstructionSet, Kernel, Lanes, dispatch_to, instruction_sets};
 use crate::tree::Tree;
@@ -62,9 +62,7 @@ impl<'a> Tracer<'a> {
         assert_eq!(rays.len(), hits.len());
         hits.fill(None);
         dispatch_to(self.set, Closest { tracer: self, rays, way, stack, hits: &mut *hits });
-        if self.tree.precision == Precision::Exact {
-            round_hits(self.set, self.triangles, rays, hits);
-        }
+        round_hits(self, rays, hits);
     }
 
     /// Whether each ray hits anything; an invalid ray does not.
@@ -79,6 +77,15 @@ impl<'a> Tracer<'a> {
         assert_eq!(rays.len(), counts.len());
         counts.fill(Counts::default());
         dispatch_to(self.set, Cost { tracer: self, rays, stack, counts });
+    }
+
+    /// How many tests of each ray the filters of exact decisions leave over; none for an invalid ray.
+    pub fn decisions(&self, rays: &[Ray], stack: &mut Stack, answers: &mut [Decisions]) {
+        assert_eq!(rays.len(), answers.len());
+        for (ray, answer) in rays.iter().zip(answers) {
+            let is_valid = ray.is_valid();
+            *answer = if is_valid { decisions(self.tree, self.triangles, ray, stack) } else { Decisions::default() };
+        }
     }
 }
 

@@ -1,25 +1,27 @@
-//! Searches whose decisions are exact, behind a filter in single precision.
+//! Searches whose decisions are exact: in single precision wherever that is sure, else in double precision and beyond.
 
 use super::Hit;
 use super::closest::{Nearest, distance_within};
 use super::filter::Filter;
+use super::known::Known;
 use super::scene::{Leaf, Scene, bits};
 use super::search::{Search, Walker};
 use super::slab::{Slab, TINY};
-use crate::geometry::{Ray, round_up};
+use crate::geometry::{Corners, Ray, round_down, round_up};
 use crate::intersect::RayTest;
-use crate::simd::Lanes;
+use crate::simd::{Lanes, Mask};
 
-/// What a ray does not meet before `limit`, none where single precision cannot tell.
+/// None where single precision cannot tell.
 #[inline(always)]
 pub(super) fn filter(ray: &Ray, scene: &Scene) -> Option<Filter> {
-    if scene.triangles.is_double() { None } else { Filter::new(ray, &scene.tree.bounds) }
+    Filter::new(ray, &scene.tree.bounds, scene.triangles.is_double())
 }
 
+/// The triangles of a leaf that may be hit before `limit`.
 #[inline(always)]
-pub(super) fn candidates<L: Lanes>(filter: &Option<Filter>, scene: &Scene, leaf: Leaf, limit: f32) -> u8 {
+pub(super) fn candidates<L: Lanes>(filter: &Option<Filter>, scene: &Scene, ray: &Ray, leaf: Leaf, limit: f32) -> u8 {
     match filter {
-        Some(filter) => filter.candidates::<L>(scene, leaf, limit),
+        Some(filter) => filter.known::<L>(scene, ray, leaf, limit).map_or(0, |known| known.possible),
         None => leaf.lanes(),
     }
 }
@@ -33,9 +35,90 @@ pub(super) fn single(limit: f64) -> f32 {
 /// The nearest hit.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct WatertightClosest {
-    nearest: Nearest,
     filter: Option<Filter>,
+    /// t of the nearest hit so far is no less than this; t_max before there is any.
+    low: f32,
+    /// It is no more than this.
     limit: f32,
+    best: Place,
+    /// Read where single precision does not suffice, and at the end.
+    ray: Ray,
+}
+
+/// A triangle of a leaf.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Place {
+    first: u32,
+    /// 0 for none.
+    count: u8,
+    lane: u8,
+}
+
+impl Place {
+    pub(super) const NONE: Self = Self { first: 0, count: 0, lane: 0 };
+
+    #[inline(always)]
+    pub(super) fn new(leaf: Leaf, lane: usize) -> Self {
+        Self { first: leaf.first as u32, count: leaf.count as u8, lane: lane as u8 }
+    }
+
+    /// The hit, none for none; t, which is no more than `limit`, and the weights are left to `Tracer::closest`.
+    #[inline(always)]
+    pub(super) fn hit(self, scene: &Scene, limit: f32) -> Option<Hit> {
+        let row = || scene.row(self.first as usize + usize::from(self.lane));
+        (self.count > 0).then(|| Hit { t: f64::from(limit), triangle: row(), u: 0.0, v: 0.0 })
+    }
+
+    /// Its row and corners; none for none.
+    #[inline(always)]
+    pub(super) fn triangle(self, scene: &Scene) -> Option<(u32, Corners)> {
+        let (leaf, lane) = (Leaf { first: self.first as usize, count: self.count.into() }, usize::from(self.lane));
+        (self.count > 0).then(|| (scene.row(leaf.first + lane), scene.corners(leaf, lane)))
+    }
+}
+
+impl WatertightClosest {
+    /// Whether single precision was asked, and the triangles of a leaf that it cannot decide: none, or all that it does not
+    /// leave out. What it decides is taken.
+    #[inline(always)]
+    pub(super) fn doubtful<L: Lanes>(&mut self, scene: &Scene, leaf: Leaf) -> (bool, u8) {
+        let Some(filter) = &self.filter else { return (false, leaf.lanes()) };
+        let doubtful = match filter.known::<L>(scene, &self.ray, leaf, self.limit) {
+            Some(known) if self.take(&known, leaf) => 0,
+            Some(known) => known.possible,
+            None => 0,
+        };
+        (true, doubtful)
+    }
+
+    /// The nearest hit so far, in double precision.
+    #[inline(always)]
+    pub(super) fn nearest(&self, scene: &Scene) -> Nearest {
+        Nearest::resumed(&self.ray, scene.tree, self.best.triangle(scene))
+    }
+
+    /// Whether what is known tells which triangle is the nearest now. If so, it is taken.
+    #[inline(always)]
+    fn take<L: Lanes>(&mut self, known: &Known<L>, leaf: Leaf) -> bool {
+        let Some((lane, low, high)) = known.first(self.low) else { return false };
+        (self.low, self.limit) = (low, high);
+        self.best = Place::new(leaf, lane);
+        true
+    }
+
+    /// Offer some triangles of a leaf to what decides exactly.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn decide(&mut self, scene: &Scene, leaf: Leaf, lanes: u8) {
+        let mut nearest = self.nearest(scene);
+        for lane in bits(lanes) {
+            if nearest.offer(scene.row(leaf.first + lane), scene.corners(leaf, lane)) {
+                self.best = Place::new(leaf, lane);
+            }
+        }
+        let [low, limit] = nearest.interval();
+        (self.low, self.limit) = (round_down(low), single(limit));
+    }
 }
 
 impl Walker for WatertightClosest {
@@ -45,7 +128,7 @@ impl Walker for WatertightClosest {
     }
 
     fn ray(&self) -> Ray {
-        *self.nearest.ray()
+        self.ray
     }
 
     #[inline(always)]
@@ -55,9 +138,9 @@ impl Walker for WatertightClosest {
 
     #[inline(always)]
     fn test<L: Lanes>(&mut self, scene: &Scene, leaf: Leaf, _: f32) -> bool {
-        for lane in bits(candidates::<L>(&self.filter, scene, leaf, self.limit)) {
-            self.nearest.offer(scene.row(leaf.first + lane), scene.corners(leaf, lane));
-            self.limit = single(self.nearest.limit());
+        let (_, doubtful) = self.doubtful::<L>(scene, leaf);
+        if doubtful != 0 {
+            self.decide(scene, leaf, doubtful);
         }
         false
     }
@@ -68,24 +151,36 @@ impl Search for WatertightClosest {
 
     #[inline(always)]
     fn new(ray: &Ray, scene: &Scene) -> Self {
-        let nearest = Nearest::new(ray, scene.tree);
-        Self { nearest, filter: filter(ray, scene), limit: single(ray.t_max) }
+        let (low, limit) = (round_down(ray.t_max), single(ray.t_max));
+        Self { filter: filter(ray, scene), low, limit, best: Place::NONE, ray: *ray }
     }
 
     #[inline(always)]
-    fn answer(&self, _: &Scene) -> Option<Hit> {
-        self.nearest.hit()
+    fn answer(&self, scene: &Scene) -> Option<Hit> {
+        self.best.hit(scene, self.limit)
     }
 }
 
 /// Whether anything is hit.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct WatertightOccluded {
-    ray: Ray,
-    test: RayTest,
     filter: Option<Filter>,
+    /// t_max rounded down and, for the boxes, up.
+    low: f32,
     limit: f32,
     found: bool,
+    /// Read where single precision does not suffice.
+    ray: Ray,
+}
+
+impl WatertightOccluded {
+    /// Whether some triangles of a leaf are hit, exactly.
+    #[cold]
+    #[inline(never)]
+    fn decide(&self, scene: &Scene, leaf: Leaf, lanes: u8) -> bool {
+        let test = RayTest::new(&self.ray, scene.tree.bounds());
+        bits(lanes).any(|lane| distance_within(&self.ray, &test, &scene.corners(leaf, lane)).is_some())
+    }
 }
 
 impl Walker for WatertightOccluded {
@@ -105,13 +200,15 @@ impl Walker for WatertightOccluded {
 
     #[inline(always)]
     fn test<L: Lanes>(&mut self, scene: &Scene, leaf: Leaf, _: f32) -> bool {
-        for lane in bits(candidates::<L>(&self.filter, scene, leaf, self.limit)) {
-            if distance_within(&self.ray, &self.test, &scene.corners(leaf, lane)).is_some() {
-                self.found = true;
-                return true;
-            }
+        let Some(filter) = &self.filter else {
+            self.found = self.decide(scene, leaf, leaf.lanes());
+            return self.found;
+        };
+        if let Some(known) = filter.known::<L>(scene, &self.ray, leaf, self.limit) {
+            let before_end = known.high.at_most(L::splat(self.low)).bits();
+            self.found = known.sure & before_end != 0 || self.decide(scene, leaf, known.possible);
         }
-        false
+        self.found
     }
 }
 
@@ -120,8 +217,8 @@ impl Search for WatertightOccluded {
 
     #[inline(always)]
     fn new(ray: &Ray, scene: &Scene) -> Self {
-        let test = RayTest::new(ray, scene.tree.bounds());
-        Self { ray: *ray, test, filter: filter(ray, scene), limit: single(ray.t_max), found: false }
+        let (low, limit) = (round_down(ray.t_max), single(ray.t_max));
+        Self { filter: filter(ray, scene), low, limit, found: false, ray: *ray }
     }
 
     #[inline(always)]

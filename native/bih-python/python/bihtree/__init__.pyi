@@ -239,6 +239,12 @@ class Tree:
     def traversal_cost(self, origins: ArrayLike, directions: ArrayLike) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
         """(N,) nodes visited and (N,) triangles tested by `intersect` for each ray; 0 for an invalid one."""
 
+    def decision_cost(self, origins: ArrayLike, directions: ArrayLike) -> NDArray[np.int32]:
+        """(N, 5) tests of each ray of `intersect` against triangles that came to each means of deciding, because that
+        before it could not tell: single precision, double precision, sums of two doubles, whole numbers of a fixed
+        length, big integers (docs/accuracy.md, sections 2 to 4). All 0 in precision "fast", over binary nodes, which
+        have no filter in single precision, and for an invalid ray."""
+
     @property
     def stats(self) -> Stats: ...
     @property

@@ -6,13 +6,10 @@ use super::rays::{Group, Rows, T_MIN};
 use super::slabs::Slabs;
 use super::triangles::Meeting;
 use super::walk::{Query, Triangles};
-use super::{GROUPS, bits};
+use super::{Column, GROUPS, bits};
 use crate::simd::{Lanes, Mask};
 use crate::traverse::Hit;
 use crate::tree::{Shared, WIDTH};
-
-/// One number of each ray, group by group.
-type Column = [[f32; WIDTH]; GROUPS];
 
 /// Of no triangle.
 const NO_PLACE: u32 = u32::MAX;

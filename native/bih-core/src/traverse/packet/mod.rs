@@ -33,6 +33,9 @@ pub const PACKET: usize = GROUPS * WIDTH;
 
 const GROUPS: usize = 8;
 
+/// One number of each ray, group by group.
+type Column = [[f32; WIDTH]; GROUPS];
+
 /// How far apart the origins of coherent rays may lie, as a part of the scene's longest side, and how far their
 /// directions, as a part of the component along which they go farthest.
 const ORIGINS: f64 = 0.0625;
@@ -55,7 +58,7 @@ pub(super) fn closest<L: Lanes>(scene: &Scene, rays: &[Ray], stack: &mut Stack, 
             query.collect(active, |ray, hit| hits[ray] = hit);
         }
         Precision::Watertight | Precision::Exact => {
-            let mut query = watertight::Closest::new(rays, &groups, tree);
+            let mut query = watertight::Closest::new(rays, &rows, &groups, scene);
             trace(scene, &rows, &groups, active, stack, &mut query);
             query.collect(active, |ray, hit| hits[ray] = hit);
         }
@@ -78,7 +81,7 @@ pub(super) fn occluded<L: Lanes>(scene: &Scene, rays: &[Ray], stack: &mut Stack,
             query.hidden
         }
         Precision::Watertight | Precision::Exact => {
-            let mut query = watertight::Occluded::new(rays, &groups, scene.tree);
+            let mut query = watertight::Occluded::new(rays, &rows, &groups, scene);
             trace(scene, &rows, &groups, active, stack, &mut query);
             query.hidden
         }

@@ -5,8 +5,8 @@ use crate::geometry::{Bounds, Ray};
 use crate::simd::{Lanes, Mask};
 use crate::tree::WIDTH;
 
-/// Coordinates of rays and boxes below this in sum: products of two distances and a direction do not overflow.
-const RANGE: f32 = 1e15;
+/// Coordinates of rays and boxes below this in sum: products of three distances do not overflow.
+const RANGE: f32 = 1e12;
 /// The largest component of a direction lies within these.
 const DIRECTIONS: [f32; 2] = [1e-6, 1e6];
 

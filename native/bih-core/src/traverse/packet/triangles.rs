@@ -1,7 +1,6 @@
 //! The triangles of a leaf, and where the lines of rays meet them.
 
 use super::walk::Leaf;
-use crate::geometry::Corners;
 use crate::simd::{Lanes, Mask};
 use crate::tree::WIDTH;
 
@@ -74,13 +73,6 @@ impl Stored {
             longest: L::splat(self.longest[lane % WIDTH]),
         }
     }
-}
-
-/// The corners of a triangle of a leaf.
-#[inline(always)]
-pub(super) fn corners(leaf: &Leaf, lane: usize) -> Corners {
-    let at = |row: usize| leaf.rows.get(row * leaf.count + lane).map_or(f64::NAN, |&x| f64::from(x));
-    [[at(0), at(1), at(2)], [at(3), at(4), at(5)], [at(6), at(7), at(8)]]
 }
 
 /// Where lines meet the planes of triangles: with c = v₀ − o and n the normal at t = n·c / n·d, where the weights of the
