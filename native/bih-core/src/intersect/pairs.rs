@@ -177,7 +177,7 @@ mod tests {
             }
         }
         assert!(
-            20 * told > 19 * signs && 20 * ordered > 18 * orders && told < signs,
+            20 * told > 18 * signs && 20 * ordered > 18 * orders && told < signs,
             "{told} of {signs}, {ordered} of {orders}"
         );
     }
