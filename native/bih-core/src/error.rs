@@ -79,6 +79,14 @@ pub enum Error {
         /// What the system says.
         reason: String,
     },
+    /// There is not enough memory.
+    #[error("memory: {bytes} bytes for {what} cannot be had")]
+    Memory {
+        /// What it was needed for.
+        what: &'static str,
+        /// How many were asked for.
+        bytes: usize,
+    },
     /// The caller asked to stop.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),

@@ -13,6 +13,7 @@ pub mod geometry;
 pub mod instances;
 pub mod intersect;
 pub mod kd_tree;
+pub mod memory;
 mod pages;
 pub mod render;
 pub mod saved;

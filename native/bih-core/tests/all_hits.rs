@@ -2,7 +2,7 @@
 
 use bih_core::build::{Heuristic, Layout, Precision, Structure};
 use bih_core::simd::instruction_sets;
-use bih_core::traverse::{Hit, Stack, Tracer, Way, naive_all, naive_contains, naive_count};
+use bih_core::traverse::{Hit, Lists, Stack, Tracer, Way, naive_all, naive_contains, naive_count};
 use bih_core::{BuildOptions, Control, Ray, Triangles, Vertices, build};
 use proptest::prelude::*;
 
@@ -19,8 +19,9 @@ fn variants() -> Vec<BuildOptions> {
 }
 
 fn all(tracer: &Tracer, rays: &[Ray], most: usize) -> Vec<Vec<Hit>> {
-    let (mut hits, mut ends) = (Vec::new(), Vec::new());
-    tracer.all(rays, most, &mut Stack::default(), &mut hits, &mut ends);
+    let mut lists = Lists::default();
+    tracer.all(rays, most, &mut Stack::default(), &mut lists).unwrap();
+    let Lists { hits, ends, .. } = lists;
     let starts = std::iter::once(0).chain(ends.iter().copied());
     starts.zip(&ends).map(|(start, &end)| hits[start..end].to_vec()).collect()
 }

@@ -81,8 +81,8 @@ fn written(tree: &Tree, triangles: &Triangles) -> Vec<u8> {
     bytes
 }
 
-fn parsed(bytes: &[u8]) -> Result<Saved, String> {
-    saved::parse(Bytes::read(&mut &bytes[..], bytes.len()).unwrap())
+fn parsed(bytes: &[u8]) -> Result<Saved, Error> {
+    saved::parse(Bytes::read(&mut &bytes[..], bytes.len()).unwrap(), "a file")
 }
 
 #[test]

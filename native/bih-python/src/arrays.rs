@@ -4,6 +4,7 @@ use bih_core::traverse::Vectors;
 use numpy::{
     PyArray1, PyArray2, PyArrayDescrMethods, PyArrayMethods, PyReadonlyArray2, PyUntypedArray, PyUntypedArrayMethods,
 };
+use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 use pyo3::types::IntoPyDict;
 
@@ -12,9 +13,10 @@ use crate::errors::GeometryError;
 /// Any array-like as an array, with an error that names the argument.
 pub fn as_array<'py>(name: &str, value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyUntypedArray>> {
     let numpy = value.py().import("numpy")?;
-    let array = numpy
-        .call_method1("asarray", (value,))
-        .map_err(|error| GeometryError::new_err(format!("{name}: not an array ({error})")))?;
+    let array = numpy.call_method1("asarray", (value,)).map_err(|error| match error {
+        error if error.is_instance_of::<PyMemoryError>(value.py()) => error,
+        error => GeometryError::new_err(format!("{name}: not an array ({error})")),
+    })?;
     Ok(array.cast_into::<PyUntypedArray>()?)
 }
 

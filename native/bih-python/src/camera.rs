@@ -1,12 +1,13 @@
 //! Cameras.
 
+use bih_core::memory::room;
 use bih_core::render::{Camera as CoreCamera, sample_offset};
 use bih_core::simd::FloatEnvironment;
 use numpy::{PyArray, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 
 use crate::arrays::matrix;
-use crate::errors::GeometryError;
+use crate::errors::{GeometryError, to_exception};
 
 /// A camera and the size of its picture.
 #[pyclass(frozen, module = "bihtree")]
@@ -34,6 +35,8 @@ impl Camera {
         let _standard = FloatEnvironment::standard();
         let offset = sample_offset(sample, 0);
         let (width, height) = (self.inner.width(), self.inner.height());
+        // Both arrays, each twice: as vectors and as numbers.
+        room("the rays", 4 * size_of::<[f64; 3]>() * width as usize * height as usize).map_err(to_exception)?;
         let (origins, directions): (Vec<_>, Vec<_>) = (0..height)
             .flat_map(|y| (0..width).map(move |x| (x, y)))
             .map(|(x, y)| {

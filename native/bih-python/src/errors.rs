@@ -22,7 +22,7 @@ pub fn to_exception(error: Error) -> PyErr {
         // Python finds the right kind of OSError by the number.
         Error::File { path, code: Some(code), reason, .. } => PyOSError::new_err((code, reason, path)),
         Error::File { kind: ErrorKind::IsADirectory, .. } => PyIsADirectoryError::new_err(text),
-        Error::File { kind: ErrorKind::OutOfMemory, .. } => PyMemoryError::new_err(text),
+        Error::Memory { .. } | Error::File { kind: ErrorKind::OutOfMemory, .. } => PyMemoryError::new_err(text),
         Error::File { kind, .. } => io::Error::new(kind, text).into(),
         Error::Broken { .. } => BihError::new_err(text),
         Error::VertexOutOfRange { .. }

@@ -1,8 +1,11 @@
 //! The answer to a batch of rays.
 
+use bih_core::memory::room;
 use bih_core::traverse::Float;
 use numpy::{Element, PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
+
+use crate::errors::to_exception;
 
 /// The answer to a batch of N rays, as NumPy arrays that own their memory.
 #[pyclass(frozen, module = "bihtree")]
@@ -52,6 +55,7 @@ impl Hits {
     /// Whether each ray hit anything.
     #[getter]
     fn hit<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<bool>>> {
+        room("the answers", self.length).map_err(to_exception)?;
         let triangle = self.triangle.bind(py).try_readonly()?;
         Ok(PyArray1::from_iter(py, triangle.as_array().iter().map(|&row| row >= 0)))
     }
@@ -82,9 +86,10 @@ pub struct HitLists {
 }
 
 impl HitLists {
-    pub fn new<F: Float + Element>(py: Python<'_>, lists: bih_core::traverse::HitLists<F>) -> Self {
+    pub fn new<F: Float + Element>(py: Python<'_>, lists: bih_core::traverse::HitLists<F>) -> PyResult<Self> {
+        room("the hits", size_of::<i32>() * lists.t.len()).map_err(to_exception)?;
         let instance = vec![0; lists.t.len()];
-        Self::of(py, lists, instance)
+        Ok(Self::of(py, lists, instance))
     }
 
     /// Of a scene, with the rows of the instances.

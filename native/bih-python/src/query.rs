@@ -32,7 +32,7 @@ impl Tree {
     ) -> PyResult<Hits> {
         let hits =
             self.query(py, origins, directions, t_min, t_max, SUPERVISED, |core, triangles, rays, control| {
-                Ok(rays.closest::<F>(core, triangles, control)?)
+                rays.closest::<F>(core, triangles, control)
             })?;
         Ok(Hits::new(py, hits))
     }
@@ -55,9 +55,9 @@ impl Tree {
     ) -> PyResult<HitLists> {
         let lists =
             self.query(py, origins, directions, t_min, t_max, self.few(), |core, triangles, rays, control| {
-                Ok(rays.all::<F>(core, triangles, most, control)?)
+                rays.all::<F>(core, triangles, most, control)
             })?;
-        Ok(HitLists::new(py, lists))
+        HitLists::new(py, lists)
     }
 
     /// Check the rays and hand them to `work` with the triangles, supervised unless there are `few`.

@@ -131,7 +131,7 @@ fn picture_of_tree(
     triangles.with_triangles(py, |triangles| {
         let traced = Tracer::new(core, &triangles);
         supervise(py, tree.pool.as_ref(), progress, |control| {
-            Ok(core_render(&traced, &appearance, &camera.inner, options, control)?)
+            core_render(&traced, &appearance, &camera.inner, options, control)
         })
     })?
 }
@@ -151,7 +151,7 @@ fn picture_of_scene(
         let appearance = of_scene(look.surfaces, look.objects, &meshes, scene.rows())?;
         let traced = SceneTracer { scene: &placed.core, models };
         supervise(py, scene.pool(), progress, |control| {
-            Ok(core_render(&traced, &appearance, &camera.inner, options, control)?)
+            core_render(&traced, &appearance, &camera.inner, options, control)
         })
     })
 }

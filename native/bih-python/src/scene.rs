@@ -95,7 +95,7 @@ impl Scene {
         t_max: Limit<'py>,
     ) -> PyResult<Bound<'py, PyArray1<bool>>> {
         let answers = self.query(py, origins, directions, &t_min, &t_max, SUPERVISED, |tracer, rays, control| {
-            Ok(tracer.occluded_of(rays, control)?)
+            tracer.occluded_of(rays, control)
         })?;
         Ok(PyArray::from_vec(py, answers))
     }
@@ -132,7 +132,7 @@ impl Scene {
         t_max: Limit<'py>,
     ) -> PyResult<Bound<'py, PyArray1<i32>>> {
         let counts = self.query(py, origins, directions, &t_min, &t_max, self.few(), |tracer, rays, control| {
-            Ok(tracer.count_of(rays, control)?)
+            tracer.count_of(rays, control)
         })?;
         Ok(PyArray::from_vec(py, counts))
     }
@@ -146,7 +146,7 @@ impl Scene {
     ) -> PyResult<Pair<'py>> {
         let all = (Limit::Number(0.0), Limit::Number(f64::INFINITY));
         let counts = self.query(py, origins, directions, &all.0, &all.1, SUPERVISED, |tracer, rays, control| {
-            Ok(tracer.cost_of(rays, control)?)
+            tracer.cost_of(rays, control)
         })?;
         Ok(cost_arrays(py, &counts))
     }
@@ -223,7 +223,7 @@ impl Scene {
     ) -> PyResult<Hits> {
         let SceneHits { hits, instance } =
             self.query(py, origins, directions, t_min, t_max, SUPERVISED, |tracer, rays, control| {
-                Ok(tracer.closest_of::<F>(rays, control)?)
+                tracer.closest_of::<F>(rays, control)
             })?;
         Ok(Hits::of(py, hits, instance))
     }
@@ -239,7 +239,7 @@ impl Scene {
     ) -> PyResult<HitLists> {
         let SceneHitLists { lists, instance } =
             self.query(py, origins, directions, t_min, t_max, self.few(), |tracer, rays, control| {
-                Ok(tracer.all_of::<F>(rays, most, control)?)
+                tracer.all_of::<F>(rays, most, control)
             })?;
         Ok(HitLists::of(py, lists, instance))
     }

@@ -7,7 +7,7 @@ use bih_core::{Control, Error};
 use pyo3::prelude::*;
 use rayon::ThreadPool;
 
-use crate::errors::{Cancelled, to_exception};
+use crate::errors::{BihError, Cancelled, to_exception};
 
 /// How often the caller hears of the progress.
 const INTERVAL: Duration = Duration::from_millis(20);
@@ -36,10 +36,12 @@ pub fn supervise<T: Send>(
     let result = std::thread::scope(|scope| {
         let caller = std::thread::current();
         let (shared_control, shared_done) = (&control, &is_done);
-        let worker = scope.spawn(move || {
-            let _wake = WakeOnDrop { done: shared_done, caller };
-            in_pool(pool, || work(shared_control))
-        });
+        let worker = std::thread::Builder::new()
+            .spawn_scoped(scope, move || {
+                let _wake = WakeOnDrop { done: shared_done, caller };
+                in_pool(pool, || work(shared_control))
+            })
+            .map_err(|error| BihError::new_err(format!("threads: none could be started ({error})")))?;
         while !is_done.load(Ordering::Acquire) {
             py.detach(|| std::thread::park_timeout(INTERVAL));
             if stopped.is_none()
@@ -49,8 +51,8 @@ pub fn supervise<T: Send>(
                 control.cancel();
             }
         }
-        worker.join()
-    });
+        Ok::<_, PyErr>(worker.join())
+    })?;
     match (stopped, result) {
         (_, Err(panic)) => std::panic::resume_unwind(panic),
         (Some(error), Ok(_)) => Err(error),

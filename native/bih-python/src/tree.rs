@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, PoisonError, RwLock};
 
 use bih_core::build::{Heuristic, Structure, refit};
+use bih_core::memory::room;
 use bih_core::saved::{self, Access, Saved};
 use bih_core::simd::FloatEnvironment;
 use bih_core::traverse::{Counts, Decisions, contains};
@@ -120,7 +121,7 @@ impl Tree {
     ) -> PyResult<Bound<'py, PyArray1<bool>>> {
         let answers =
             self.query(py, origins, directions, &t_min, &t_max, SUPERVISED, |core, triangles, rays, control| {
-                Ok(rays.occluded(core, triangles, control)?)
+                rays.occluded(core, triangles, control)
             })?;
         Ok(PyArray::from_vec(py, answers))
     }
@@ -159,7 +160,7 @@ impl Tree {
     ) -> PyResult<Bound<'py, PyArray1<i32>>> {
         let counts =
             self.query(py, origins, directions, &t_min, &t_max, self.few(), |core, triangles, rays, control| {
-                Ok(rays.count(core, triangles, control)?)
+                rays.count(core, triangles, control)
             })?;
         Ok(PyArray::from_vec(py, counts))
     }
@@ -170,7 +171,7 @@ impl Tree {
         let points = vectors("points", points)?;
         let view = points.view()?;
         let answers = self.work(py, points.rows(), self.few(), |core, triangles, control| {
-            Ok(contains(&view, core, triangles, control)?)
+            contains(&view, core, triangles, control)
         })?;
         Ok(PyArray::from_vec(py, answers))
     }
@@ -189,7 +190,7 @@ impl Tree {
             &Limit::Number(0.0),
             &Limit::Number(f64::INFINITY),
             SUPERVISED,
-            |core, triangles, rays, control| Ok(rays.cost(core, triangles, control)?),
+            |core, triangles, rays, control| rays.cost(core, triangles, control),
         )?;
         Ok(cost_arrays(py, &counts))
     }
@@ -247,8 +248,11 @@ impl Tree {
     }
 
     /// The caller's rows in leaf order, then the rejected ones.
-    fn order<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i32>> {
-        PyArray1::from_iter(py, self.state().core.order().into_iter().map(|row| row as i32))
+    fn order<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<i32>>> {
+        let core = &self.state().core;
+        let stats = core.stats();
+        room("the order", size_of::<i32>() * (stats.references + stats.rejected)).map_err(to_exception)?;
+        Ok(PyArray1::from_vec(py, core.order().into_iter().map(|row| row as i32).collect()))
     }
 
     /// Check every rule that a tree keeps.
@@ -261,7 +265,7 @@ impl Tree {
     fn build_all(&self, py: Python<'_>) -> PyResult<()> {
         let State { core, mesh } = &*self.state();
         mesh.with_triangles(py, |triangles| {
-            supervise(py, self.pool.as_ref(), None, |control| Ok(core.build_all(&triangles, control)?))
+            supervise(py, self.pool.as_ref(), None, |control| core.build_all(&triangles, control))
         })?
     }
 
@@ -337,8 +341,9 @@ pub fn thread_pool(threads: usize) -> PyResult<Option<ThreadPool>> {
 
 /// Nodes visited and triangles tested.
 pub fn cost_arrays<'py>(py: Python<'py>, counts: &[Counts]) -> Pair<'py> {
-    let nodes = PyArray1::from_iter(py, counts.iter().map(|counts| counts.nodes as i32));
-    (nodes, PyArray1::from_iter(py, counts.iter().map(|counts| counts.triangles as i32)))
+    let nodes = counts.iter().map(|counts| counts.nodes as i32).collect();
+    let triangles = counts.iter().map(|counts| counts.triangles as i32).collect();
+    (PyArray1::from_vec(py, nodes), PyArray1::from_vec(py, triangles))
 }
 
 /// (2, 3) lower and upper corner.
@@ -360,7 +365,12 @@ pub fn node_array<'py>(
     let rows = read(u32::try_from(max_depth).unwrap_or(u32::MAX), limit)?;
     let numpy = py.import("numpy")?;
     let dtype = numpy.call_method1("dtype", (node_fields(),))?;
-    let bytes = PyByteArray::new(py, bytemuck::cast_slice(&rows));
+    let rows: &[u8] = bytemuck::cast_slice(&rows);
+    room("the rows of nodes", rows.len()).map_err(to_exception)?;
+    let bytes = PyByteArray::new_with(py, rows.len(), |bytes| {
+        bytes.copy_from_slice(rows);
+        Ok(())
+    })?;
     numpy.call_method("frombuffer", (bytes,), Some(&[("dtype", dtype)].into_py_dict(py)?))
 }
 

@@ -44,8 +44,8 @@ pub fn queries(data: &[u8]) {
         if options.build == Build::Eager {
             let mut file = Vec::new();
             write(&tree, &triangles, &mut file).expect("memory takes all");
-            let loaded =
-                parse(Bytes::read(&mut &file[..], file.len()).expect("as long")).expect("a file that was written");
+            let loaded = parse(Bytes::read(&mut &file[..], file.len()).expect("as long"), "a file")
+                .expect("a file that was written");
             agree(&loaded.tree, &loaded.mesh.triangles(), &rays, truth);
         }
     }

@@ -27,7 +27,7 @@ pub fn saved(data: &[u8]) {
 /// A file that loads holds a tree that gives the true answers; of a kd-tree, whose leaves may have been robbed of
 /// triangles, answers.
 fn load(file: &[u8]) {
-    let Ok(loaded) = parse(Bytes::read(&mut &file[..], file.len()).expect("as long")) else { return };
+    let Ok(loaded) = parse(Bytes::read(&mut &file[..], file.len()).expect("as long"), "a file") else { return };
     let (tree, triangles) = (&loaded.tree, &loaded.mesh.triangles());
     let rays = rays(triangles);
     if tree.precision() != Precision::Fast && tree.structure() != Structure::KdTree {

@@ -40,6 +40,7 @@ use self::wide::WideRecords;
 use crate::control::Control;
 use crate::error::Error;
 use crate::geometry::Triangles;
+use crate::memory;
 use crate::pages;
 use crate::simd::FloatEnvironment;
 use crate::tree::{Node, Records, Shared, Stats, Tree, Wide};
@@ -59,6 +60,7 @@ pub(crate) fn build_in_frame(triangles: &Triangles, options: &BuildOptions, cont
     if triangles.len() > limit {
         return Err(Error::TooManyTriangles { triangles: triangles.len(), limit });
     }
+    memory::room("the construction", options.working_bytes(triangles))?;
     let start = Instant::now();
     let _standard = FloatEnvironment::standard();
     let extent = Extent::of(triangles, control)?;

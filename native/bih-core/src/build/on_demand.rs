@@ -14,6 +14,7 @@ use super::frame::Emission;
 use super::leaves::Places;
 use super::options::BuildOptions;
 use super::pieces::{GAP, Ranges};
+use super::reference::Reference;
 use super::wide::WideRecords;
 use crate::control::{Cancelled, Control};
 use crate::geometry::Triangles;
@@ -52,6 +53,15 @@ impl OnDemand {
         let gap = if options.has_rows(triangles) { GAP * (size_of::<u32>() + 9 * size_of::<f32>()) } else { 0 };
         let each = size_of::<u32>() + size_of::<u16>() + gap + Node::BYTES;
         Ranges::bound_bytes(pieces) + pieces * each
+    }
+
+    /// Bytes that builders may hold at once, on all threads of the pool that the caller runs in: for each triangle its row,
+    /// its key or its box, and its part of the records.
+    pub fn working_bytes(&self) -> usize {
+        let each = size_of::<u32>() + size_of::<Reference>() + Record::BYTES;
+        let unbuilt = self.pieces() - self.built.load(Ordering::Relaxed);
+        let largest = || (0..self.pieces()).map(|piece| self.ranges.place(piece).0.len()).max().unwrap_or(0);
+        unbuilt.min(rayon::current_num_threads()) * if unbuilt == 0 { 0 } else { each * largest() }
     }
 
     /// Over pieces with so many places between two of them.

@@ -167,6 +167,29 @@ impl BuildOptions {
         }
     }
 
+    /// Bytes that the construction asks for before it begins: more than it held at once over any mesh that it was tried
+    /// with, so that it does not run out in the middle, and less than double.
+    pub(super) fn working_bytes(&self, triangles: &Triangles) -> usize {
+        let count = triangles.len();
+        let item = match self.heuristic {
+            Heuristic::Global => size_of::<u64>(),
+            _ if self.has_rows(triangles) => 0,
+            _ => 9 * size_of::<f32>(),
+        };
+        if self.build == Build::OnDemand {
+            return self.bound_bytes(triangles) + count * item;
+        }
+        // Leaves are half full, and records have four of them. Pieces are there beside what they are put together to.
+        let leaves = (2 * count / self.largest_leaf()).min(count) + 1;
+        let nodes = match self.layout {
+            Layout::Classic => 2 * Node::BYTES * 2 * leaves,
+            Layout::Wide => 2 * Record::BYTES * (leaves / 4 + 1),
+            Layout::Compact => (2 * Record::BYTES + CompactRecord::BYTES) * (leaves / 4 + 1),
+        };
+        let apart = if self.has_rows(triangles) { 0 } else { size_of::<u64>() };
+        nodes + count * (size_of::<u32>() + item + apart) + size_of::<f32>() * self.numbers(triangles, count)
+    }
+
     fn bound_of_built(&self, triangles: &Triangles, pieces: usize) -> usize {
         let count = triangles.len();
         let references = size_of::<u32>() * count;

@@ -4,8 +4,10 @@ use rayon::prelude::*;
 
 use super::tracer::SceneTracer;
 use crate::control::{Cancelled, Control};
+use crate::error::Error;
 use crate::geometry::Ray;
-use crate::render::Seen;
+use crate::memory;
+use crate::render::{Seen, Traced};
 use crate::simd::FloatEnvironment;
 use crate::traverse::{Counts, Float, HitLists, Hits, RayBatch, Stack};
 
@@ -54,8 +56,9 @@ impl Worker {
 
 impl SceneTracer<'_> {
     /// The nearest hit of each ray of a batch; a miss where there is none and for an invalid ray.
-    pub fn closest_of<F: Float>(&self, batch: &RayBatch, control: &Control) -> Result<SceneHits<F>, Cancelled> {
-        let hits = each(CHUNK, batch, control, |worker, hits: &mut [Option<Seen>]| {
+    pub fn closest_of<F: Float>(&self, batch: &RayBatch, control: &Control) -> Result<SceneHits<F>, Error> {
+        self.room("the hits", batch.len() * (3 * size_of::<F>() + 2 * size_of::<i32>() + size_of::<Option<Seen>>()))?;
+        let hits = each(self, CHUNK, batch, control, |worker, hits: &mut [Option<Seen>]| {
             self.closest(&worker.rays, &mut worker.stack, hits);
         })?;
         let of = |value: fn(&Seen) -> f64, miss: F| -> Vec<F> {
@@ -75,8 +78,8 @@ impl SceneTracer<'_> {
     }
 
     /// Whether each ray of a batch hits anything; an invalid ray does not.
-    pub fn occluded_of(&self, batch: &RayBatch, control: &Control) -> Result<Vec<bool>, Cancelled> {
-        each(CHUNK, batch, control, |worker, hidden| self.occluded(&worker.rays, &mut worker.stack, hidden))
+    pub fn occluded_of(&self, batch: &RayBatch, control: &Control) -> Result<Vec<bool>, Error> {
+        each(self, CHUNK, batch, control, |worker, hidden| self.occluded(&worker.rays, &mut worker.stack, hidden))
     }
 
     /// All hits of each ray of a batch, of each the nearest `most`; none for an invalid ray.
@@ -85,8 +88,8 @@ impl SceneTracer<'_> {
         batch: &RayBatch,
         most: usize,
         control: &Control,
-    ) -> Result<SceneHitLists<F>, Cancelled> {
-        let lists: Vec<Vec<Seen>> = each(FEW, batch, control, |worker, lists: &mut [Vec<Seen>]| {
+    ) -> Result<SceneHitLists<F>, Error> {
+        let lists: Vec<Vec<Seen>> = each(self, FEW, batch, control, |worker, lists: &mut [Vec<Seen>]| {
             for (ray, hits) in worker.rays.iter().zip(lists) {
                 self.all(&[*ray], most, &mut worker.stack, hits, &mut Vec::with_capacity(1));
             }
@@ -112,30 +115,37 @@ impl SceneTracer<'_> {
     }
 
     /// How many images of triangles each ray of a batch crosses; none for an invalid ray.
-    pub fn count_of(&self, batch: &RayBatch, control: &Control) -> Result<Vec<i32>, Cancelled> {
-        each(FEW, batch, control, |worker, counts| self.count(&worker.rays, &mut worker.stack, counts))
+    pub fn count_of(&self, batch: &RayBatch, control: &Control) -> Result<Vec<i32>, Error> {
+        each(self, FEW, batch, control, |worker, counts| self.count(&worker.rays, &mut worker.stack, counts))
     }
 
     /// What the nearest hit of each ray of a batch costs; nothing for an invalid ray.
-    pub fn cost_of(&self, batch: &RayBatch, control: &Control) -> Result<Vec<Counts>, Cancelled> {
-        each(CHUNK, batch, control, |worker, counts| self.cost(&worker.rays, &mut worker.stack, counts))
+    pub fn cost_of(&self, batch: &RayBatch, control: &Control) -> Result<Vec<Counts>, Error> {
+        each(self, CHUNK, batch, control, |worker, counts| self.cost(&worker.rays, &mut worker.stack, counts))
+    }
+
+    /// Ask for memory before rays are traced: for answers of so many bytes, and for pieces of the model that takes most.
+    fn room(&self, what: &'static str, bytes: usize) -> Result<(), Error> {
+        memory::room(what, bytes + self.piece_bytes())
     }
 }
 
 /// Answers for all rays, of which a thread takes so many at a time.
 fn each<A: Clone + Default + Send>(
+    tracer: &SceneTracer,
     size: usize,
     batch: &RayBatch,
     control: &Control,
     work: impl Fn(&mut Worker, &mut [A]) + Sync,
-) -> Result<Vec<A>, Cancelled> {
+) -> Result<Vec<A>, Error> {
+    tracer.room("the answers", 2 * batch.len() * size_of::<A>())?;
     let mut answers = vec![A::default(); batch.len()];
     control.start(answers.len());
     answers.par_chunks_mut(size).enumerate().try_for_each_init(Worker::default, |worker, (chunk, answers)| {
         control.advance(answers.len())?;
         worker.take(batch, chunk * size, answers.len());
         work(worker, answers);
-        Ok(())
+        Ok::<_, Cancelled>(())
     })?;
     Ok(answers)
 }

@@ -11,6 +11,7 @@ use crate::build::Precision;
 use crate::control::Control;
 use crate::error::Error;
 use crate::geometry::{Bounds, Corners, Triangles, round_down, round_up};
+use crate::memory;
 use crate::simd::FloatEnvironment;
 use crate::tree::{NodeRow, Stats, Tree};
 
@@ -64,6 +65,8 @@ impl Scene {
         if rows.len() > Triangles::LIMIT {
             return Err(Error::TooManyInstances { instances: rows.len(), limit: Triangles::LIMIT });
         }
+        // In parts, and then in a row; the tree over them asks for its own.
+        memory::room("the instances", 2 * size_of::<Placed>() * rows.len())?;
         let start = Instant::now();
         let _standard = FloatEnvironment::standard();
         control.start(rows.len());

@@ -43,6 +43,10 @@ impl Traced for SceneTracer<'_> {
         self.scene.instances[instance as usize].model as usize
     }
 
+    fn piece_bytes(&self) -> usize {
+        self.models.iter().map(|model| model.tree.piece_bytes()).max().unwrap_or(0)
+    }
+
     fn normal_in_world(&self, instance: u32, normal: &Vector) -> Vector {
         self.scene.instances[instance as usize].place.normal(normal)
     }

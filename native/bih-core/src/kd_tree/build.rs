@@ -10,6 +10,7 @@ use crate::control::{Cancelled, Control};
 use crate::error::Error;
 use crate::geometry::{Bounds, Triangles};
 use crate::intersect::has_no_area;
+use crate::memory;
 use crate::simd::FloatEnvironment;
 use crate::tree::{Kind, Shared};
 
@@ -79,11 +80,16 @@ pub fn bound_bytes(triangles: usize) -> usize {
     most_entries(triangles) * (2 * KdNode::BYTES + size_of::<u32>()) + triangles * size_of::<u32>()
 }
 
+/// A triangle's share of what the construction may hold at once: the lists of both halves beside those of the whole. More
+/// than any mesh took; how often triangles are referred to is not known before.
+const WORKING_BYTES: usize = 320;
+
 /// Build the whole tree.
 pub fn build(triangles: &Triangles, costs: &Costs, control: &Control) -> Result<KdTree, Error> {
     if triangles.len() > MOST_ENTRIES {
         return Err(Error::TooManyTriangles { triangles: triangles.len(), limit: MOST_ENTRIES });
     }
+    memory::room("the construction", WORKING_BYTES * triangles.len())?;
     let start = Instant::now();
     let _standard = FloatEnvironment::standard();
     let (references, rejected) = collect(triangles);

@@ -38,6 +38,15 @@ impl Wanted {
         material_index: true,
         cost: true,
     };
+
+    /// What they take, all together.
+    pub(super) fn pixel_bytes(&self) -> usize {
+        let Self { combined, depth, normal, position, triangle, instance, object_index, material_index, cost } = *self;
+        let numbers = [(combined, 4), (normal, 3), (position, 3), (cost, 2)];
+        let single = [depth, triangle, instance, object_index, material_index].map(|is_wanted| (is_wanted, 1));
+        let wanted = numbers.into_iter().chain(single).filter(|(is_wanted, _)| *is_wanted);
+        size_of::<f32>() * wanted.map(|(_, count)| count).sum::<usize>()
+    }
 }
 
 /// A picture or a tile of it, row by row from the lower left; passes that nobody wanted are empty.

@@ -9,7 +9,9 @@ use super::surface::Found;
 use super::visible::Visible;
 use super::{Appearance, Camera, Passes, Seen, Traced, Wanted};
 use crate::control::{Cancelled, Control};
+use crate::error::Error;
 use crate::geometry::Ray;
+use crate::memory;
 use crate::simd::FloatEnvironment;
 use crate::traverse::{Counts, PACKET};
 
@@ -55,8 +57,12 @@ pub fn render<T: Traced>(
     camera: &Camera,
     options: &RenderOptions,
     control: &Control,
-) -> Result<Passes, Cancelled> {
+) -> Result<Passes, Error> {
     let whole = options.tile;
+    // Tiles know where each of their rows is.
+    let pixel_bytes = options.wanted.pixel_bytes() + 4;
+    let bytes = pixel_bytes * whole.width as usize * whole.height as usize;
+    memory::room("the picture", bytes + traced.piece_bytes())?;
     let mut passes = Passes::new(whole.width as usize, whole.height as usize, &options.wanted);
     let corners: Vec<_> = (0..whole.height.div_ceil(TILE))
         .flat_map(|row| (0..whole.width.div_ceil(TILE)).map(move |column| (column * TILE, row * TILE)))

@@ -2,7 +2,7 @@
 
 use crate::build::Precision;
 use crate::geometry::{Corners, Ray, Vector};
-use crate::traverse::{Counts, Hit, Stack, Tracer, Way};
+use crate::traverse::{Counts, Hit, Lists, Stack, Tracer, Way};
 
 /// A hit, and the instance that is hit.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,6 +39,9 @@ pub trait Traced: Sync {
     /// Row of the tree that an instance shows.
     fn tree_of(&self, instance: u32) -> usize;
 
+    /// What pieces that its rays build may hold at once.
+    fn piece_bytes(&self) -> usize;
+
     /// A normal of an instance's own space as one in the world, of any length.
     fn normal_in_world(&self, instance: u32, normal: &Vector) -> Vector;
 }
@@ -64,9 +67,10 @@ impl Traced for Tracer<'_> {
     }
 
     fn all(&self, ray: &Ray, stack: &mut Stack, seen: &mut Vec<Seen>) {
-        let (mut hits, mut ends) = (Vec::new(), Vec::new());
-        Tracer::all(self, &[*ray], usize::MAX, stack, &mut hits, &mut ends);
-        seen.extend(hits.into_iter().map(|hit| Seen { hit, instance: 0 }));
+        let mut lists = Lists::default();
+        // A panic comes to Python as one; it ends no process.
+        Tracer::all(self, &[*ray], usize::MAX, stack, &mut lists).expect("memory for the hits of one ray");
+        seen.extend(lists.hits.into_iter().map(|hit| Seen { hit, instance: 0 }));
     }
 
     fn cost(&self, rays: &[Ray], stack: &mut Stack, counts: &mut [Counts]) {
@@ -79,6 +83,10 @@ impl Traced for Tracer<'_> {
 
     fn tree_of(&self, _: u32) -> usize {
         0
+    }
+
+    fn piece_bytes(&self) -> usize {
+        self.tree.piece_bytes()
     }
 
     fn normal_in_world(&self, _: u32, normal: &Vector) -> Vector {

@@ -55,12 +55,23 @@ pub fn load(path: &Path, access: Access) -> Result<Saved, Error> {
         Access::Map => Bytes::map(&file, len),
         Access::Read => Bytes::read(&mut file, len),
     };
-    parse(bytes.map_err(failed)?).map_err(wrong)
+    parse(bytes.map_err(failed)?, &path.display().to_string())
 }
 
-/// The tree in the bytes of a file, or what is wrong with them.
-pub fn parse(bytes: Bytes) -> Result<Saved, String> {
+/// The tree in the bytes of a file, or what is wrong with them; errors call the file by this name.
+pub fn parse(bytes: Bytes, name: &str) -> Result<Saved, Error> {
     let _standard = FloatEnvironment::standard();
+    let wrong = |problem: String| Error::Format { path: name.to_owned(), problem };
+    let saved = assembled(bytes).map_err(wrong)?;
+    match validate(&saved.tree, &saved.mesh.triangles()) {
+        Ok(()) => Ok(saved),
+        Err(error @ Error::Broken { .. }) => Err(wrong(error.to_string())),
+        Err(error) => Err(error),
+    }
+}
+
+/// The tree as it stands in the file, its rules still to be checked.
+fn assembled(bytes: Bytes) -> Result<Saved, String> {
     let file = Arc::new(bytes);
     let header = header(&file)?;
     let options = options(&header)?;
@@ -76,7 +87,6 @@ pub fn parse(bytes: Bytes) -> Result<Saved, String> {
     let triangles = Triangles::new(mesh.vertices(), mesh.rows()).map_err(|error| error.to_string())?;
     let parts = Parts { file: &file, header: &header, options: &options, triangles: &triangles };
     let tree = parts.tree(order, nodes, leaf_rows, reasons(&file[left_out])?)?;
-    validate(&tree, &triangles).map_err(|error| error.to_string())?;
     Ok(Saved { tree, mesh })
 }
 

@@ -14,71 +14,116 @@ use super::slab::Slab;
 use super::trace::Tracer;
 use super::{Hit, Stack, Uncounted, wide};
 use crate::build::Precision;
+use crate::error::Error;
 use crate::geometry::{Corners, Ray, Triangles};
 use crate::intersect::{Distance, RayTest, SingleHit, SingleRay};
+use crate::memory::Allowance;
 use crate::simd::{Kernel, Lanes, dispatch_to};
 use crate::tree::Tree;
 
 impl Tracer<'_> {
-    /// Append the hits of each ray, nearest first and of equal distances the lower row first, at most so many of each;
-    /// none for an invalid ray. Where those of each ray end is put into `ends`.
-    pub fn all(&self, rays: &[Ray], most: usize, stack: &mut Stack, hits: &mut Vec<Hit>, ends: &mut Vec<usize>) {
-        let (first, mut start) = (ends.len(), hits.len());
-        dispatch_to(self.set, All { tracer: self, rays, most, stack, hits: &mut *hits, ends: &mut *ends });
+    /// Append the hits of each ray to the lists, nearest first and of equal distances the lower row first, at most so many
+    /// of each; none for an invalid ray. An error where memory for them is refused.
+    pub fn all(&self, rays: &[Ray], most: usize, stack: &mut Stack, lists: &mut Lists) -> Result<(), Error> {
+        let (first, mut start) = (lists.ends.len(), lists.hits.len());
+        dispatch_to(self.set, All { tracer: self, rays, most, stack, lists })?;
+        let Lists { hits, ends, .. } = lists;
         if self.tree.precision == Precision::Exact {
             for (ray, &end) in rays.iter().zip(&ends[first..]) {
                 round_all(self, ray, &mut hits[start..end]);
                 start = end;
             }
         }
+        Ok(())
     }
 }
 
-struct All<'a> {
+/// The hits of some rays, one ray after another.
+#[derive(Debug, Default)]
+pub struct Lists<'a> {
+    /// All of them.
+    pub hits: Vec<Hit>,
+    /// Where those of each ray end.
+    pub ends: Vec<usize>,
+    /// What they may take.
+    pub allowance: Allowance<'a>,
+}
+
+impl Lists<'_> {
+    fn extend(&mut self, hits: impl ExactSizeIterator<Item = Hit>) -> Result<(), Error> {
+        if self.hits.capacity() - self.hits.len() < hits.len() {
+            self.allowance.grow(&mut self.hits, hits.len())?;
+        }
+        self.hits.extend(hits);
+        Ok(())
+    }
+}
+
+struct All<'a, 'b> {
     tracer: &'a Tracer<'a>,
     rays: &'a [Ray],
     most: usize,
     stack: &'a mut Stack,
-    hits: &'a mut Vec<Hit>,
-    ends: &'a mut Vec<usize>,
+    lists: &'a mut Lists<'b>,
 }
 
-impl Kernel for All<'_> {
-    type Output = ();
+impl Kernel for All<'_, '_> {
+    type Output = Result<(), Error>;
     #[inline(always)]
-    fn run<L: Lanes>(self) {
-        let Self { tracer: Tracer { tree, triangles, .. }, rays, most, stack, hits, ends } = self;
+    fn run<L: Lanes>(self) -> Self::Output {
+        let Self { tracer: Tracer { tree, triangles, .. }, rays, most, stack, lists } = self;
         for ray in rays {
             if ray.is_valid() {
                 match tree.precision {
-                    Precision::Fast => fast::<L>(tree, triangles, ray, most, stack, hits),
-                    Precision::Watertight | Precision::Exact => exact::<L>(tree, triangles, ray, most, stack, hits),
+                    Precision::Fast => fast::<L>(tree, triangles, ray, most, stack, lists)?,
+                    Precision::Watertight | Precision::Exact => exact::<L>(tree, triangles, ray, most, stack, lists)?,
                 }
             }
-            ends.push(hits.len());
+            lists.ends.push(lists.hits.len());
         }
+        Ok(())
     }
 }
 
 /// The nearest of what it is given, at most so many.
-struct Kept<T> {
+struct Kept<'a, 'b, T> {
     items: Vec<T>,
     most: usize,
     /// How many there may be before all but the nearest are dropped.
     room: usize,
+    allowance: &'a mut Allowance<'b>,
+    /// Why there was no memory for one.
+    refused: Option<Error>,
 }
 
-impl<T> Kept<T> {
-    fn new(most: usize) -> Self {
-        Self { items: Vec::new(), most, room: most }
+impl<'a, 'b, T> Kept<'a, 'b, T> {
+    fn new(most: usize, allowance: &'a mut Allowance<'b>) -> Self {
+        Self { items: Vec::new(), most, room: most, allowance, refused: None }
     }
 
     /// Add one, whether it is near or not. Whether it is time for `arrange`: so seldom that sorting costs no more than the
     /// items do.
     #[inline(always)]
     fn add(&mut self, item: T) -> bool {
+        if self.items.len() == self.items.capacity() && self.is_refused() {
+            return false;
+        }
         self.items.push(item);
         self.items.len() >= self.room
+    }
+
+    /// Whether there is no memory for one more.
+    #[cold]
+    fn is_refused(&mut self) -> bool {
+        if self.refused.is_none() {
+            self.refused = self.allowance.grow(&mut self.items, 1).err();
+        }
+        self.refused.is_some()
+    }
+
+    /// Those that were kept, unless there was no memory for all.
+    fn all(self) -> Result<Vec<T>, Error> {
+        self.refused.map_or(Ok(self.items), Err)
     }
 
     /// Keep the nearest, in order, and one of those that are the same.
@@ -103,15 +148,15 @@ struct Met {
 }
 
 /// All that is hit, decided exactly.
-struct Exact<'a> {
+struct Exact<'a, 'b> {
     ray: &'a Ray,
     test: RayTest,
     triangles: &'a Triangles<'a>,
-    kept: Kept<Met>,
+    kept: Kept<'a, 'b, Met>,
     limit: f64,
 }
 
-impl Exact<'_> {
+impl Exact<'_, '_> {
     fn arrange(&mut self) {
         let (test, triangles) = (&self.test, self.triangles);
         self.kept.arrange(|met| sort(met, test, triangles), |a, b| a.row == b.row);
@@ -123,9 +168,9 @@ impl Exact<'_> {
 
 /// The true order: where distances cannot be told apart, whole numbers tell.
 fn sort(met: &mut [Met], test: &RayTest, triangles: &Triangles) {
-    // Nearly everything is in order after this, which costs less.
+    // Nearly everything is in order after this, which costs less. Neither asks for memory.
     met.sort_unstable_by(|a, b| order(a.distance.t, b.distance.t).then(a.row.cmp(&b.row)));
-    met.sort_by(|a, b| {
+    met.sort_unstable_by(|a, b| {
         if a.distance.upper() < b.distance.lower() {
             return Ordering::Less;
         }
@@ -137,7 +182,7 @@ fn sort(met: &mut [Met], test: &RayTest, triangles: &Triangles) {
     });
 }
 
-impl Visitor for Exact<'_> {
+impl Visitor for Exact<'_, '_> {
     #[inline(always)]
     fn visit(&mut self, row: u32, corners: &Corners) -> bool {
         if let Some(distance) = distance_within(self.ray, &self.test, corners)
@@ -155,17 +200,25 @@ impl Visitor for Exact<'_> {
 }
 
 #[inline(always)]
-fn exact<L: Lanes>(tree: &Tree, triangles: &Triangles, ray: &Ray, most: usize, stack: &mut Stack, hits: &mut Vec<Hit>) {
+fn exact<L: Lanes>(
+    tree: &Tree,
+    triangles: &Triangles,
+    ray: &Ray,
+    most: usize,
+    stack: &mut Stack,
+    lists: &mut Lists,
+) -> Result<(), Error> {
     let test = RayTest::new(ray, tree.bounds());
-    let mut search = Exact { ray, test, triangles, kept: Kept::new(most), limit: ray.t_max };
+    let mut search = Exact { ray, test, triangles, kept: Kept::new(most, &mut lists.allowance), limit: ray.t_max };
     every::<L, _>(tree, triangles, ray, stack, &mut search);
     search.arrange();
     // Those of precision `exact` are rounded together.
     let is_rounded_later = tree.precision == Precision::Exact;
-    hits.extend(search.kept.items.iter().map(|Met { row, distance }| match is_rounded_later {
+    let met = search.kept.all()?;
+    lists.extend(met.iter().map(|Met { row, distance }| match is_rounded_later {
         true => Hit { t: distance.t, triangle: *row, u: 0.0, v: 0.0 },
         false => hit_at(&test, *row, &triangles.corners(*row), distance),
-    }));
+    }))
 }
 
 /// The order of two numbers, neither of which is NaN.
@@ -175,13 +228,13 @@ fn order<F: PartialOrd>(a: F, b: F) -> Ordering {
 }
 
 /// All that is hit, in single precision.
-struct Fast {
+struct Fast<'a, 'b> {
     /// Ends where nothing matters any more.
     ray: SingleRay,
-    kept: Kept<(SingleHit, u32)>,
+    kept: Kept<'a, 'b, (SingleHit, u32)>,
 }
 
-impl Fast {
+impl Fast<'_, '_> {
     fn arrange(&mut self) {
         let sort = |hits: &mut [(SingleHit, u32)]| {
             hits.sort_unstable_by(|(a, row), (b, other)| order(a.t, b.t).then(row.cmp(other)));
@@ -190,7 +243,7 @@ impl Fast {
     }
 }
 
-impl Walker for Fast {
+impl Walker for Fast<'_, '_> {
     #[inline(always)]
     fn slab(&self, _: &Ray, scene: &Scene) -> Option<Slab> {
         Slab::single(&self.ray, scene)
@@ -223,8 +276,15 @@ impl Walker for Fast {
 }
 
 #[inline(always)]
-fn fast<L: Lanes>(tree: &Tree, triangles: &Triangles, ray: &Ray, most: usize, stack: &mut Stack, hits: &mut Vec<Hit>) {
-    let mut search = Fast { ray: SingleRay::new(ray), kept: Kept::new(most) };
+fn fast<L: Lanes>(
+    tree: &Tree,
+    triangles: &Triangles,
+    ray: &Ray,
+    most: usize,
+    stack: &mut Stack,
+    lists: &mut Lists,
+) -> Result<(), Error> {
+    let mut search = Fast { ray: SingleRay::new(ray), kept: Kept::new(most, &mut lists.allowance) };
     match &tree.wide {
         Some(wide) => {
             let scene = Scene::new(wide, tree, triangles);
@@ -243,5 +303,6 @@ fn fast<L: Lanes>(tree: &Tree, triangles: &Triangles, ray: &Ray, most: usize, st
         }),
     }
     search.arrange();
-    hits.extend(search.kept.items.iter().map(|&(hit, row)| Hit::single(hit, row)));
+    let met = search.kept.all()?;
+    lists.extend(met.iter().map(|&(hit, row)| Hit::single(hit, row)))
 }

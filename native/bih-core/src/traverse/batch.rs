@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use super::trace::{Tracer, Way};
 use super::{Counts, Decisions, Hit, Stack};
 use crate::control::{Cancelled, Control};
+use crate::error::Error;
 use crate::geometry::{Ray, Triangles};
 use crate::simd::FloatEnvironment;
 use crate::tree::Tree;
@@ -138,13 +139,9 @@ impl RayBatch<'_> {
     }
 
     /// The nearest hit of each ray; a miss where there is none and for an invalid ray.
-    pub fn closest<F: Float>(
-        &self,
-        tree: &Tree,
-        triangles: &Triangles,
-        control: &Control,
-    ) -> Result<Hits<F>, Cancelled> {
+    pub fn closest<F: Float>(&self, tree: &Tree, triangles: &Triangles, control: &Control) -> Result<Hits<F>, Error> {
         let count = self.len();
+        tree.room("the hits", count * (3 * size_of::<F>() + 2 * size_of::<i32>()))?;
         control.start(count);
         let (mut t, mut triangle) = (vec![F::INFINITY; count], vec![-1; count]);
         let (mut u, mut v) = (vec![F::ZERO; count], vec![F::ZERO; count]);
@@ -164,23 +161,23 @@ impl RayBatch<'_> {
                         v[place] = F::narrowed(hit.v);
                     }
                 }
-                Ok(invalid)
+                Ok::<_, Cancelled>(invalid)
             })
             .try_reduce(|| 0, |a, b| Ok(a + b))?;
         Ok(Hits { t, triangle, u, v, invalid })
     }
 
     /// Whether each ray hits anything; an invalid ray does not.
-    pub fn occluded(&self, tree: &Tree, triangles: &Triangles, control: &Control) -> Result<Vec<bool>, Cancelled> {
-        self.each(CHUNK, control, |worker, hidden| {
+    pub fn occluded(&self, tree: &Tree, triangles: &Triangles, control: &Control) -> Result<Vec<bool>, Error> {
+        self.each(tree, CHUNK, control, |worker, hidden| {
             let way = Way::suited(tree, &worker.rays);
             Tracer::new(tree, triangles).occluded(&worker.rays, way, &mut worker.stack, hidden);
         })
     }
 
     /// What the nearest hit of each ray costs; nothing for an invalid ray.
-    pub fn cost(&self, tree: &Tree, triangles: &Triangles, control: &Control) -> Result<Vec<Counts>, Cancelled> {
-        self.each(CHUNK, control, |worker, counts| {
+    pub fn cost(&self, tree: &Tree, triangles: &Triangles, control: &Control) -> Result<Vec<Counts>, Error> {
+        self.each(tree, CHUNK, control, |worker, counts| {
             Tracer::new(tree, triangles).cost(&worker.rays, &mut worker.stack, counts);
         })
     }
@@ -200,17 +197,19 @@ impl RayBatch<'_> {
     /// Answers for all rays, of which a thread takes so many at a time.
     pub(super) fn each<A: Clone + Default + Send>(
         &self,
+        tree: &Tree,
         size: usize,
         control: &Control,
         work: impl Fn(&mut Worker, &mut [A]) + Sync,
-    ) -> Result<Vec<A>, Cancelled> {
+    ) -> Result<Vec<A>, Error> {
+        tree.room("the answers", 2 * self.len() * size_of::<A>())?;
         let mut answers = vec![A::default(); self.len()];
         control.start(answers.len());
         answers.par_chunks_mut(size).enumerate().try_for_each_init(Worker::default, |worker, (chunk, answers)| {
             control.advance(answers.len())?;
             worker.take(self, chunk * size..chunk * size + answers.len());
             work(worker, answers);
-            Ok(())
+            Ok::<_, Cancelled>(())
         })?;
         Ok(answers)
     }

@@ -9,6 +9,7 @@ use super::every::{Visitor, every};
 use super::lists::{TOGETHER, few};
 use super::trace::Tracer;
 use crate::control::{Cancelled, Control};
+use crate::error::Error;
 use crate::geometry::{Corners, Triangles, Vector};
 use crate::intersect::{PointTest, Sight};
 use crate::simd::{Kernel, Lanes, dispatch_to};
@@ -16,12 +17,8 @@ use crate::tree::Tree;
 
 /// Whether each point is inside the surface or on it, on all threads of the pool that the caller runs in. Not so a point
 /// that is not finite.
-pub fn contains(
-    points: &Vectors,
-    tree: &Tree,
-    triangles: &Triangles,
-    control: &Control,
-) -> Result<Vec<bool>, Cancelled> {
+pub fn contains(points: &Vectors, tree: &Tree, triangles: &Triangles, control: &Control) -> Result<Vec<bool>, Error> {
+    tree.room("the answers", points.len())?;
     let mut answers = vec![false; points.len()];
     control.start(answers.len());
     let size = few(tree);
@@ -32,7 +29,7 @@ pub fn contains(
             *point = points.get(chunk * size + place);
         }
         Tracer::new(tree, triangles).contains(&some[..answers.len()], &mut worker.stack, answers);
-        Ok(())
+        Ok::<_, Cancelled>(())
     })?;
     Ok(answers)
 }

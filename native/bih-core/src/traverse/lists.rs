@@ -2,10 +2,13 @@
 
 use rayon::prelude::*;
 
+use super::all::Lists;
 use super::batch::{Float, RayBatch, Worker};
 use super::trace::Tracer;
-use crate::control::{Cancelled, Control};
+use crate::control::Control;
+use crate::error::Error;
 use crate::geometry::Triangles;
+use crate::memory::{self, Allowance, Headroom};
 use crate::tree::Tree;
 
 /// The hits of many rays, one ray after another.
@@ -40,15 +43,19 @@ impl<F: Float> HitLists<F> {
         Self { offsets, t: numbers(), triangle: Vec::with_capacity(hits), u: numbers(), v: numbers() }
     }
 
-    /// The hits of some rays, of which each ends at one of `ends`.
-    fn new(hits: &[super::Hit], ends: &[usize]) -> Self {
+    fn bytes(rays: usize, hits: usize) -> usize {
+        (rays + 1) * size_of::<i64>() + hits * (3 * size_of::<F>() + size_of::<i32>())
+    }
+
+    fn new(Lists { hits, ends, allowance }: &mut Lists) -> Result<Self, Error> {
+        allowance.take(Self::bytes(ends.len(), hits.len()))?;
         let mut lists = Self::with_room(ends.len(), hits.len());
         lists.offsets.extend(ends.iter().map(|&end| end as i64));
         lists.t.extend(hits.iter().map(|hit| F::narrowed(hit.t)));
         lists.triangle.extend(hits.iter().map(|hit| hit.triangle as i32));
         lists.u.extend(hits.iter().map(|hit| F::narrowed(hit.u)));
         lists.v.extend(hits.iter().map(|hit| F::narrowed(hit.v)));
-        lists
+        Ok(lists)
     }
 
     fn append(&mut self, other: Self) {
@@ -70,30 +77,36 @@ impl RayBatch<'_> {
         triangles: &Triangles,
         most: usize,
         control: &Control,
-    ) -> Result<HitLists<F>, Cancelled> {
+    ) -> Result<HitLists<F>, Error> {
+        const WHAT: &str = "the hits";
         let count = self.len();
+        // Twice the lists of the parts while they are put in a row.
+        tree.room(WHAT, 2 * size_of::<HitLists<F>>() * count.div_ceil(TOGETHER))?;
+        let headroom = Headroom::new(WHAT);
         control.start(count);
         let tracer = Tracer::new(tree, triangles);
         let parts: Vec<HitLists<F>> = (0..count.div_ceil(TOGETHER))
             .into_par_iter()
             .map_init(Worker::default, |worker, chunk| {
                 worker.take(self, chunk * TOGETHER..count.min((chunk + 1) * TOGETHER));
-                let (mut hits, mut ends) = (Vec::new(), Vec::with_capacity(worker.rays.len()));
+                let mut lists = Lists { allowance: Allowance::of(&headroom), ..Default::default() };
                 for rays in worker.rays.chunks(few(tree)) {
                     control.advance(rays.len())?;
-                    tracer.all(rays, most.max(1), &mut worker.stack, &mut hits, &mut ends);
+                    tracer.all(rays, most.max(1), &mut worker.stack, &mut lists)?;
                 }
-                Ok(HitLists::new(&hits, &ends))
+                HitLists::new(&mut lists)
             })
-            .collect::<Result<_, _>>()?;
-        let mut lists = HitLists::with_room(count, parts.iter().map(|part| part.t.len()).sum());
+            .collect::<Result<_, Error>>()?;
+        let hits = parts.iter().map(|part| part.t.len()).sum();
+        memory::room(WHAT, HitLists::<F>::bytes(count, hits))?;
+        let mut lists = HitLists::with_room(count, hits);
         parts.into_iter().for_each(|part| lists.append(part));
         Ok(lists)
     }
 
     /// How many triangles each ray crosses between its ends; none for an invalid ray.
-    pub fn count(&self, tree: &Tree, triangles: &Triangles, control: &Control) -> Result<Vec<i32>, Cancelled> {
-        self.each(few(tree), control, |worker, counts| {
+    pub fn count(&self, tree: &Tree, triangles: &Triangles, control: &Control) -> Result<Vec<i32>, Error> {
+        self.each(tree, few(tree), control, |worker, counts| {
             Tracer::new(tree, triangles).count(&worker.rays, &mut worker.stack, counts);
         })
     }

@@ -31,6 +31,7 @@ mod watertight;
 mod wide;
 
 pub(crate) use aim::Aim;
+pub use all::Lists;
 pub use batch::{Float, Hits, Limits, RayBatch, Vectors};
 pub use closest::Hit;
 pub(crate) use closest::{distance_within, hit_at, is_between};

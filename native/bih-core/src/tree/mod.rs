@@ -23,9 +23,11 @@ pub use visitor::{Visit, Visitor};
 pub use wide::{Child, Orders, Record, Records, Target, WIDTH, Wide};
 
 use crate::build::{Build, Heuristic, OnDemand, Precision, Structure};
-use crate::control::{Cancelled, Control};
+use crate::control::Control;
+use crate::error::Error;
 use crate::geometry::{Bounds, Triangles};
 use crate::kd_tree::KdTree;
+use crate::memory;
 
 /// Depth up to which a cell is halved; below it, ranges are split by object median.
 pub const MAX_SPATIAL_DEPTH: u32 = 96;
@@ -80,8 +82,19 @@ impl Tree {
     }
 
     /// Build all that is not built yet, on all threads of the pool that the caller runs in.
-    pub fn build_all(&self, triangles: &Triangles, control: &Control) -> Result<(), Cancelled> {
-        self.on_demand.as_ref().map_or(Ok(()), |on_demand| on_demand.build_all(self, triangles, control))
+    pub fn build_all(&self, triangles: &Triangles, control: &Control) -> Result<(), Error> {
+        self.room("the construction", 0)?;
+        self.on_demand.as_ref().map_or(Ok(()), |on_demand| Ok(on_demand.build_all(self, triangles, control)?))
+    }
+
+    /// Ask for memory before rays are traced: for answers of so many bytes, and for the pieces that are built meanwhile.
+    pub(crate) fn room(&self, what: &'static str, bytes: usize) -> Result<(), Error> {
+        memory::room(what, bytes + self.piece_bytes())
+    }
+
+    /// What pieces that are built meanwhile may hold at once.
+    pub(crate) fn piece_bytes(&self) -> usize {
+        self.on_demand.as_ref().map_or(0, OnDemand::working_bytes)
     }
 
     /// The root of a piece; none while another thread builds it. Built here if nobody does.

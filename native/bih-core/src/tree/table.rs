@@ -7,6 +7,7 @@ use crate::build::{BuildOptions, Layout, Structure, build_in_frame};
 use crate::control::Control;
 use crate::error::Error;
 use crate::geometry::{Bounds, Triangles};
+use crate::memory;
 
 /// One row, packed as the structured array that Python sees.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
@@ -44,6 +45,7 @@ pub fn node_table(
     control: &Control,
 ) -> Result<Vec<NodeRow>, Error> {
     if let Some(kd_tree) = &tree.kd_tree {
+        memory::room("the rows of nodes", 2 * size_of::<NodeRow>() * kd_tree.nodes().len().min(limit))?;
         return Ok(Visitor::new(kd_tree, max_depth).take(limit).map(row).collect());
     }
     let built;
@@ -60,6 +62,7 @@ pub fn node_table(
         built = build_in_frame(triangles, &options, control)?;
         &built
     };
+    memory::room("the rows of nodes", 2 * size_of::<NodeRow>() * binary.nodes().len().min(limit))?;
     if let Some(on_demand) = &tree.on_demand {
         let visitor = binary.visit(max_depth).ending_at(on_demand.unbuilt());
         return Ok(with_unbuilt(visitor, limit));

@@ -7,6 +7,7 @@ use crate::build::Extent;
 use crate::control::Control;
 use crate::error::Error;
 use crate::geometry::{Bounds, Corners, Triangles};
+use crate::memory;
 use crate::simd::Scalar;
 
 /// Check the whole tree against the triangles it was built over; the error names the first broken node.
@@ -15,6 +16,7 @@ use crate::simd::Scalar;
 /// ray can hit the last, and each leaf's triangles lie within the clip planes on the way to it. A tree that passes can be
 /// asked anything, wherever it comes from: no walk leaves its arrays, goes round in circles or deeper than is said.
 pub fn validate(tree: &Tree, triangles: &Triangles) -> Result<(), Error> {
+    memory::room("the checks", triangles.len() * (2 * size_of::<u32>() + size_of::<bool>()))?;
     let order = tree.order();
     check_rejected(tree, triangles, &order)?;
     if let Some(kd_tree) = &tree.kd_tree {

@@ -10,7 +10,8 @@ counted in Hits.invalid. Floats of the results: float64 for precision "exact" or
 beyond the largest finite number is that number.
 
 The same bits come out for any number of threads. Queries release the interpreter lock and may run from several Python
-threads at once; Ctrl-C ends long ones.
+threads at once; Ctrl-C ends long ones. Where memory is short of what the work needs, it raises MemoryError with
+the number of bytes before it begins.
 """
 
 from collections.abc import Callable

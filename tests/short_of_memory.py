@@ -1,0 +1,126 @@
+"""Work under ever less of a limit on memory, in a process of its own: `python -m tests.short_of_memory WORK... FOLDER`.
+
+Each work is tried with ever more memory beside what the process has, until it gets through. Whatever comes before must
+be an error that says how much was needed; then, with the limit gone, all answers are what they were. Prints how often
+each work was refused. `first-` before a work gives it a new tree on demand each time.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import resource
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import bihtree
+import numpy as np
+
+from tests import meshes
+from tests.rays import around
+from tests.variants import FAST_VARIANTS, VARIANTS
+
+UNLIMITED = resource.getrlimit(resource.RLIMIT_AS)
+FIRST, FACTOR, TRIES = 1 << 20, 1.5, 25
+# Ours, NumPy's, the system's.
+SAID = re.compile(
+    r"\d+ bytes (for|of memory)|Unable to allocate [\d.]+ .iB|threads: (\d+|none) could|Cannot allocate memory"
+)
+
+Work = Callable[[bihtree.Tree], Any]
+
+
+def size() -> int:
+    """Addresses that the process has."""
+    fields = dict(line.split(":", 1) for line in Path("/proc/self/status").read_text().splitlines())
+    return int(fields["VmSize"].split()[0]) << 10
+
+
+def refusal(spare: int, work: Work, tree: bihtree.Tree) -> str:
+    """The error of work that has so many bytes, or nothing."""
+    resource.setrlimit(resource.RLIMIT_AS, (size() + spare, UNLIMITED[1]))
+    try:
+        work(tree)
+    except (MemoryError, bihtree.BihError, OSError) as error:
+        return f"{type(error).__name__}: {error}"
+    finally:
+        resource.setrlimit(resource.RLIMIT_AS, UNLIMITED)
+    return ""
+
+
+def refusals(name: str, work: Work, tree: Callable[[], bihtree.Tree], check: Work) -> int:
+    """How often work is refused; each try has a tree of its own."""
+    work(tree())
+    for count in range(TRIES):
+        subject = tree()
+        text = refusal(int(FIRST * FACTOR**count), work, subject)
+        if not text:
+            return count
+        assert SAID.search(text), (name, text)
+        assert "\n" not in text, (name, text)
+        check(subject)
+    raise AssertionError(f"{name}: never enough")
+
+
+def main(names: list[str], folder: Path) -> None:
+    mesh = meshes.terrain(220)
+    eager = bihtree.Tree(*mesh, threads=2)
+    rays = around(mesh, 120_000, np.random.default_rng(1))
+    camera = bihtree.Camera(np.diag([2.0, 2.0, 2.0, 1.0]), 1000, 800)
+    path = folder / "tree"
+    eager.save(path)
+    sheets = bihtree.Tree(*meshes.sheets(100_000), threads=2)
+    one = np.float32([[0.25, 0.25, -1]]), np.float32([[0, 0, 1]])
+    matrices = np.repeat(np.eye(4)[None], 20_000, axis=0)
+    scene = bihtree.Scene([eager], np.zeros(10, np.int32), matrices[:10], threads=2)
+    passes = ["combined", "depth", "normal", "position", "triangle"]
+
+    works: dict[str, Work] = {
+        "intersect": lambda tree: tree.intersect(*rays),
+        "occluded": lambda tree: tree.occluded(*rays),
+        "all": lambda tree: tree.intersect_all(*rays),
+        "all_of_one": lambda _: sheets.intersect_all(*one),
+        "count": lambda tree: tree.count(*rays),
+        "contains": lambda tree: tree.contains(rays.origins),
+        "cost": lambda tree: tree.traversal_cost(*rays),
+        "render": lambda tree: bihtree.render(tree, camera, passes=passes),
+        "load": lambda _: bihtree.Tree.load(path),
+        "read": lambda _: bihtree.Tree.load(path, mmap=False),
+        "save": lambda tree: tree.save(path),
+        "nodes": lambda tree: tree.nodes(),
+        "order": lambda tree: tree.order(),
+        "validate": lambda tree: tree.validate(),
+        "rays": lambda _: camera.rays(),
+        "scene": lambda tree: bihtree.Scene([tree], np.zeros(len(matrices), np.int32), matrices, threads=2),
+        "scene_intersect": lambda _: scene.intersect(*rays),
+        "scene_cost": lambda _: scene.traversal_cost(*rays),
+        "build_all": lambda tree: tree.build_all(),
+    }
+
+    def answers(tree: bihtree.Tree) -> bytes:
+        hits = tree.intersect(rays.origins[:100], rays.directions[:100])
+        return b"".join(array.tobytes() for array in (hits.t, hits.triangle, hits.u, hits.v))
+
+    before = answers(eager)
+
+    def check(tree: bihtree.Tree) -> None:
+        tree.validate()
+        assert answers(tree) == before
+        assert os.listdir(folder) == ["tree"]
+
+    for variant in VARIANTS + FAST_VARIANTS:
+        works[f"build-{variant}"] = lambda _, variant=variant: variant.tree(*mesh)
+    for name in names:
+        if name.startswith("first-"):
+            work, tree = works[name.removeprefix("first-")], lambda: bihtree.Tree(*mesh, build="on_demand", threads=2)
+        else:
+            work, tree = works[name], lambda: eager
+        print(name, refusals(name, work, tree, check))
+    check(bihtree.Tree.load(path))
+
+
+if __name__ == "__main__":
+    *works, folder = sys.argv[1:]
+    main(works, Path(folder))
