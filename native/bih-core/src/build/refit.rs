@@ -12,6 +12,7 @@ use super::structure::Structure;
 use crate::control::{Cancelled, Control};
 use crate::error::Error;
 use crate::geometry::{Bounds, Triangles};
+use crate::memory;
 use crate::pages;
 use crate::simd::{FloatEnvironment, Scalar};
 use crate::tree::{Kind, Node, Record, Records, Shared, Target, Tree, WIDTH, Wide};
@@ -36,6 +37,8 @@ pub fn refit(tree: &Tree, triangles: &Triangles, control: &Control) -> Result<Tr
         return wrong("build", format!("{:?} and refit", tree.build.name()));
     }
     assert_eq!(triangles.len(), tree.stats.triangles);
+    // All of it anew, and a box or a record apart for each.
+    memory::room("the construction", tree.stats.tree_bytes + tree.used() * (size_of::<Bounds>() + Record::BYTES))?;
     let start = Instant::now();
     let _standard = FloatEnvironment::standard();
     let extent = Extent::of(triangles, control)?;
