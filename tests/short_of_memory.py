@@ -73,8 +73,6 @@ def main(names: list[str], folder: Path) -> None:
     eager.save(path)
     sheets = bihtree.Tree(*meshes.sheets(100_000), threads=2)
     one = np.float32([[0.25, 0.25, -1]]), np.float32([[0, 0, 1]])
-    matrices = np.repeat(np.eye(4)[None], 20_000, axis=0)
-    scene = bihtree.Scene([eager], np.zeros(10, np.int32), matrices[:10], threads=2)
     passes = ["combined", "depth", "normal", "position", "triangle"]
 
     works: dict[str, Work] = {
@@ -93,9 +91,6 @@ def main(names: list[str], folder: Path) -> None:
         "order": lambda tree: tree.order(),
         "validate": lambda tree: tree.validate(),
         "rays": lambda _: camera.rays(),
-        "scene": lambda tree: bihtree.Scene([tree], np.zeros(len(matrices), np.int32), matrices, threads=2),
-        "scene_intersect": lambda _: scene.intersect(*rays),
-        "scene_cost": lambda _: scene.traversal_cost(*rays),
         "build_all": lambda tree: tree.build_all(),
     }
 

@@ -41,13 +41,6 @@ def test_queries(tmp_path):
     assert all(counts[name] > 0 for name in set(works) - {"occluded", "count", "contains"}), counts
 
 
-def test_scenes(tmp_path):
-    works = ["scene", "scene_intersect", "scene_cost"]
-    counts = refusals(works, tmp_path)
-    assert set(counts) == set(works)
-    assert all(count > 0 for count in counts.values()), counts
-
-
 def test_trees(tmp_path):
     works = ["load", "read", "save", "nodes", "order", "validate"]
     counts = refusals(works, tmp_path)

@@ -209,7 +209,7 @@ impl Tree {
             &Limit::Number(0.0),
             &Limit::Number(f64::INFINITY),
             SUPERVISED,
-            |core, triangles, rays, control| Ok(rays.decisions(core, triangles, control)?),
+            |core, triangles, rays, control| rays.decisions(core, triangles, control),
         )?;
         let counts = decisions.iter().flat_map(Decisions::counts).map(u32::cast_signed);
         PyArray1::from_iter(py, counts).reshape([decisions.len(), 5])

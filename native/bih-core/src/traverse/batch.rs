@@ -183,13 +183,8 @@ impl RayBatch<'_> {
     }
 
     /// How many tests of each ray the filters of exact decisions leave over.
-    pub fn decisions(
-        &self,
-        tree: &Tree,
-        triangles: &Triangles,
-        control: &Control,
-    ) -> Result<Vec<Decisions>, Cancelled> {
-        self.each(CHUNK, control, |worker, decisions| {
+    pub fn decisions(&self, tree: &Tree, triangles: &Triangles, control: &Control) -> Result<Vec<Decisions>, Error> {
+        self.each(tree, CHUNK, control, |worker, decisions| {
             Tracer::new(tree, triangles).decisions(&worker.rays, &mut worker.stack, decisions);
         })
     }
