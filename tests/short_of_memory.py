@@ -12,6 +12,7 @@ import re
 import resource
 import sys
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,7 @@ import numpy as np
 
 from tests import meshes
 from tests.rays import around
-from tests.variants import FAST_VARIANTS, VARIANTS
+from tests.variants import FAST_VARIANTS, VARIANTS, Variant
 
 UNLIMITED = resource.getrlimit(resource.RLIMIT_AS)
 FIRST, FACTOR, TRIES = 1 << 20, 1.5, 25
@@ -64,6 +65,10 @@ def refusals(name: str, work: Work, tree: Callable[[], bihtree.Tree], check: Wor
     raise AssertionError(f"{name}: never enough")
 
 
+def _built(variant: Variant, mesh: meshes.Triangles, _: bihtree.Tree) -> bihtree.Tree:
+    return variant.tree(*mesh)
+
+
 def main(names: list[str], folder: Path) -> None:
     mesh = meshes.terrain(220)
     eager = bihtree.Tree(*mesh, threads=2)
@@ -72,7 +77,7 @@ def main(names: list[str], folder: Path) -> None:
     path = folder / "tree"
     eager.save(path)
     sheets = bihtree.Tree(*meshes.sheets(100_000), threads=2)
-    one = np.float32([[0.25, 0.25, -1]]), np.float32([[0, 0, 1]])
+    one = np.array([[0.25, 0.25, -1]], np.float32), np.array([[0, 0, 1]], np.float32)
     passes = ["combined", "depth", "normal", "position", "triangle"]
 
     works: dict[str, Work] = {
@@ -106,7 +111,7 @@ def main(names: list[str], folder: Path) -> None:
         assert os.listdir(folder) == ["tree"]
 
     for variant in VARIANTS + FAST_VARIANTS:
-        works[f"build-{variant}"] = lambda _, variant=variant: variant.tree(*mesh)
+        works[f"build-{variant}"] = partial(_built, variant, mesh)
     for name in names:
         if name.startswith("first-"):
             work, tree = works[name.removeprefix("first-")], lambda: bihtree.Tree(*mesh, build="on_demand", threads=2)
