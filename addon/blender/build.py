@@ -13,7 +13,7 @@ from .camera import camera_view
 from .export import contents
 from .modal_work import ModalWork
 from .properties import settings_of
-from .trees import TREES
+from .trees import TREES, OfBuiltTree
 from .worker import Worker
 
 LOOK = (320, 240)
@@ -39,14 +39,10 @@ class BIH_OT_build(ModalWork, bpy.types.Operator):
         return f"BIH: {stats.triangles:,} triangles, {stats.nodes:,} nodes in {stats.build_seconds:.3f} s"
 
 
-class BIH_OT_free(bpy.types.Operator):
+class BIH_OT_free(OfBuiltTree, bpy.types.Operator):
     bl_idname = "bih.free"
     bl_label = "Free"
     bl_description = "Give the memory of the built trees back; the next look at one takes the build's time again"
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return TREES.of(context.scene).main is not None
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         TREES.of(context.scene).free()

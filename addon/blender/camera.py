@@ -22,29 +22,21 @@ def camera_view(camera: bpy.types.Object, depsgraph: bpy.types.Depsgraph, width:
         ),
         np.float64,
     )
-    clip_to_camera = np.linalg.inv(projection)
-    near = clip_to_camera @ (0.0, 0.0, -1.0, 1.0)
-    return CameraView(
-        clip_to_world=_without_scale(camera) @ clip_to_camera,
-        width=width,
-        height=height,
-        near=float(-near[2] / near[3]),
-        perspective=bool(projection[3, 3] == 0.0),
-    )
+    return _view(projection, _without_scale(camera), width, height)
 
 
 def viewport_view(region: bpy.types.Region, data: bpy.types.RegionView3D) -> CameraView:
     """What a viewport shows, also through the scene's camera: its lens, zoom, shift and clip range."""
-    projection = np.array(data.window_matrix, np.float64)
-    clip_to_camera = np.linalg.inv(projection)
-    near = clip_to_camera @ (0.0, 0.0, -1.0, 1.0)
-    return CameraView(
-        clip_to_world=np.linalg.inv(np.array(data.view_matrix, np.float64)) @ clip_to_camera,
-        width=region.width,
-        height=region.height,
-        near=float(-near[2] / near[3]),
-        perspective=bool(projection[3, 3] == 0.0),
-    )
+    to_world = np.linalg.inv(np.array(data.view_matrix, np.float64))
+    return _view(np.array(data.window_matrix, np.float64), to_world, region.width, region.height)
+
+
+def picture_size(scene: bpy.types.Scene, *, least: int = 1) -> tuple[int, int]:
+    """Pixels of the scene's picture, at least so many a side."""
+    render = scene.render
+    sides = (render.resolution_x, render.resolution_y)
+    width, height = (max(least, side * render.resolution_percentage // 100) for side in sides)
+    return width, height
 
 
 def check_not_panoramic(camera: bpy.types.Object) -> None:
@@ -54,6 +46,18 @@ def check_not_panoramic(camera: bpy.types.Object) -> None:
             f"camera {camera.name!r} is panoramic, which is not supported. "
             "Choose Perspective or Orthographic in the camera's Lens panel."
         )
+
+
+def _view(projection: np.ndarray, camera_to_world: np.ndarray, width: int, height: int) -> CameraView:
+    clip_to_camera = np.linalg.inv(projection)
+    near = clip_to_camera @ (0.0, 0.0, -1.0, 1.0)
+    return CameraView(
+        clip_to_world=camera_to_world @ clip_to_camera,
+        width=width,
+        height=height,
+        near=float(-near[2] / near[3]),
+        perspective=bool(projection[3, 3] == 0.0),
+    )
 
 
 def _without_scale(camera: bpy.types.Object) -> np.ndarray:

@@ -14,12 +14,11 @@ from pathlib import Path
 from typing import NoReturn
 
 from ..pipeline.errors import UserError
-from ..pipeline.settings import LARGEST_SIDE, PARTS, PASSES, SHADINGS, Settings
+from ..pipeline.settings import LARGEST_SIDE, PARTS, PASSES, SHADING, SHADINGS, Settings
 from ..report import error_arguments, table_arguments
 from . import modules
 
 LAST_FRAME = 1048574  # Blender's own limit
-SHADING_OPTIONS = ("shading", "shadows", "soft_shadows", "ambient_occlusion", "ambient_occlusion_distance", "smooth")
 
 
 def execute(argv: Sequence[str]) -> int:
@@ -48,7 +47,7 @@ def execute(argv: Sequence[str]) -> int:
 def _render(arguments: Namespace) -> int:
     chosen = {
         name: value
-        for name in ("passes", "samples", "threads", "overlay_depth", *SHADING_OPTIONS)
+        for name in ("passes", "samples", "threads", "overlay_depth", *SHADING)
         if (value := getattr(arguments, name)) is not None
     }
     if chosen.get("ambient_occlusion_distance") is not None:

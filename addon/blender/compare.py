@@ -12,11 +12,11 @@ from ..pipeline.settings import GOES_WITH, Settings
 from .build import built_tree, redraw
 from .modal_work import ModalWork
 from .properties import settings_of
-from .trees import TREES
+from .trees import TREES, OfBuiltTree
 from .worker import Worker
 
 
-class BIH_OT_compare(ModalWork, bpy.types.Operator):
+class BIH_OT_compare(OfBuiltTree, ModalWork, bpy.types.Operator):
     bl_idname = "bih.compare"
     bl_label = "Compare"
     bl_description = (
@@ -24,10 +24,6 @@ class BIH_OT_compare(ModalWork, bpy.types.Operator):
     )
 
     _made: Any = None
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return TREES.of(context.scene).main is not None
 
     def started(self, context: bpy.types.Context) -> Worker[Any]:
         from ..pipeline import built
@@ -46,7 +42,7 @@ class BIH_OT_compare(ModalWork, bpy.types.Operator):
         )
 
 
-class BIH_OT_cost_map(ModalWork, bpy.types.Operator):
+class BIH_OT_cost_map(OfBuiltTree, ModalWork, bpy.types.Operator):
     bl_idname = "bih.cost_map"
     bl_label = "Cost from View"
     bl_description = (
@@ -55,10 +51,6 @@ class BIH_OT_cost_map(ModalWork, bpy.types.Operator):
     )
 
     _made: Any = None
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return TREES.of(context.scene).main is not None
 
     def started(self, context: bpy.types.Context) -> Worker[Any]:
         from ..pipeline.cost_map import cost_map

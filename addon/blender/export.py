@@ -73,10 +73,8 @@ def contents(
     reading = reading or Reading()
     surfaces = Surfaces()
     objects = Objects(depsgraph, surfaces if reading.materials else None)
+    read = _Meshes(cache, reading)
     looks: list[Row] = []
-    read: list[Mesh] = []
-    rows: dict[bpy.types.Mesh, int | None] = {}
-    of_owner: Counter[int] = Counter()
     shown: list[int] = []
     places: list[int] = []
     lights: list[np.void] = []
@@ -95,23 +93,10 @@ def contents(
         if kind in {"MESH", "LIGHT"} and not finite[place]:
             skipped[f"object {owner.name!r} is left out: its location, rotation or scale is NaN or infinite"] = None
         elif kind == "MESH":
-            data = owner.data
-            if data not in rows:
-                number = of_owner[owner.original.session_uid]
-                of_owner[owner.original.session_uid] += 1
-                rows[data], why = None, "has no faces"
-                try:
-                    mesh = _kept(cache, owner, data, number, reading)
-                except MemoryError:
-                    why = "is left out: there is no memory for its mesh"
-                else:
-                    if len(mesh.triangles):
-                        rows[data] = len(read)
-                        read.append(mesh)
-                if rows[data] is None:
-                    skipped[f"object {owner.name!r} {why}"] = None
-            row = rows[data]
-            if row is not None:
+            row = read.row_of(owner)
+            if isinstance(row, str):
+                skipped[f"object {owner.name!r} {row}"] = None
+            else:
                 shown.append(row)
                 places.append(place)
                 looks.append(objects.row_of(instance))
@@ -127,7 +112,7 @@ def contents(
     world, note = world_colour(scene.world)
     notes = [*skipped, *surfaces.notes, *filter(None, [note])]
     return SceneData(
-        meshes=read,
+        meshes=read.meshes,
         instance_mesh=np.array(shown, np.int32),
         instance_matrix=matrices[np.array(places, np.intp)],
         name=scene.name,
@@ -138,6 +123,36 @@ def contents(
         world=world,
         film_transparent=scene.render.film_transparent,
     )
+
+
+class _Meshes:
+    """The meshes of one export, each read once."""
+
+    def __init__(self, cache: MeshCache, reading: Reading) -> None:
+        self.meshes: list[Mesh] = []
+        self._cache, self._reading = cache, reading
+        self._rows: dict[bpy.types.Mesh, int | str] = {}
+        self._of_owner: Counter[int] = Counter()
+
+    def row_of(self, owner: bpy.types.Object) -> int | str:
+        """Which of `meshes` an object shows now; where it shows none, why."""
+        data = owner.data
+        if data not in self._rows:
+            self._rows[data] = self._read(owner)
+        return self._rows[data]
+
+    def _read(self, owner: bpy.types.Object) -> int | str:
+        uid = owner.original.session_uid
+        number = self._of_owner[uid]
+        self._of_owner[uid] += 1
+        try:
+            mesh = _kept(self._cache, owner, owner.data, number, self._reading)
+        except MemoryError:
+            return "is left out: there is no memory for its mesh"
+        if not len(mesh.triangles):
+            return "has no faces"
+        self.meshes.append(mesh)
+        return len(self.meshes) - 1
 
 
 def _cancelled() -> Exception:

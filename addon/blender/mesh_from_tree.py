@@ -10,15 +10,16 @@ from bpy.props import BoolProperty, EnumProperty, IntProperty
 from mathutils import Color
 
 from ..pipeline.errors import UserError
+from ..pipeline.overlay_boxes import SHOWN
 from . import compat
 from .build import built_tree
-from .trees import TREES
+from .trees import OfBuiltTree
 
 BAR = 0.005
 """Thickness of a box's edges, in sizes of the tree."""
 
 
-class BIH_OT_mesh_from_tree(bpy.types.Operator):
+class BIH_OT_mesh_from_tree(OfBuiltTree, bpy.types.Operator):
     bl_idname = "bih.mesh_from_tree"
     bl_label = "Make Mesh from Tree"
     bl_description = (
@@ -44,14 +45,10 @@ class BIH_OT_mesh_from_tree(bpy.types.Operator):
         default=True,
     )
 
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return TREES.of(context.scene).main is not None
-
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         chosen = context.scene.bih_overlay
         self.first_depth, self.last_depth = chosen.first_depth, chosen.last_depth
-        if chosen.shown in {"planes", "boxes", "leaves"}:
+        if chosen.shown in SHOWN:
             self.shown = chosen.shown
         return self.execute(context)
 

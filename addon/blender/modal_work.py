@@ -19,7 +19,9 @@ class ModalWork:
     """What such an operator has beside bpy.types.Operator: `started` reads the scene and starts the thread, `finished`
     puts its result where it belongs. Both run in Blender's own thread, and may raise UserError."""
 
-    _worker: Any = None
+    work: Any = None
+    """The Worker, while there is one."""
+    is_in_window = False
     _timer: Any = None
     _began = 0.0
 
@@ -30,8 +32,15 @@ class ModalWork:
         """One line for the status bar."""
         raise NotImplementedError
 
+    def line(self) -> str:
+        """How far it is, in a few words."""
+        share, passed = self.work.share, perf_counter() - self._began
+        left = f", {passed / share - passed:.0f} s left" if share > 0.05 and passed > 1.0 else ""
+        return f"{self.work.line} {share:.0%}{left}"
+
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         """In a window: without freezing it."""
+        self.is_in_window = True
         if not self._start(context):
             return {"CANCELLED"}
         manager = context.window_manager
@@ -42,12 +51,12 @@ class ModalWork:
 
     def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         if event.type == "ESC":
-            self._worker.cancel()
+            self.work.cancel()
         if event.type != "TIMER":
             return {"PASS_THROUGH"}
-        if not self._worker.is_done:
-            context.window_manager.progress_update(100 * self._worker.share)
-            context.workspace.status_text_set(f"{self.bl_label}: {self._line()} (Esc ends it)")
+        if not self.work.is_done:
+            context.window_manager.progress_update(100 * self.work.share)
+            context.workspace.status_text_set(f"{self.bl_label}: {self.line()} (Esc ends it)")
             return {"PASS_THROUGH"}
         self._stop_telling(context)
         return self._end(context)
@@ -56,30 +65,30 @@ class ModalWork:
         """From a script: when it returns, all is done."""
         if not self._start(context):
             return {"CANCELLED"}
-        self._worker.wait()
+        self.work.wait()
         return self._end(context)
 
     def cancel(self, context: bpy.types.Context) -> None:
         """Blender closes, or another file is opened."""
-        if self._worker is None:
+        if self.work is None:
             return
-        self._worker.cancel()
-        self._worker.wait()
+        self.work.cancel()
+        self.work.wait()
         self._stop_telling(context)
 
     def _start(self, context: bpy.types.Context) -> bool:
         try:
             modules.require("bihtree")
             self._began = perf_counter()
-            self._worker = self.started(context)
+            self.work = self.started(context)
         except UserError as error:
             self.report({"ERROR"}, str(error))
             return False
         return True
 
     def _end(self, context: bpy.types.Context) -> set[str]:
-        worker = self._worker
-        self._worker = None  # the operator outlives its work in Blender's list of what was done
+        worker = self.work
+        self.work = None  # the operator outlives its work in Blender's list of what was done
         if worker.error:
             self.report({"ERROR"}, worker.error)
             return {"CANCELLED"}
@@ -92,11 +101,6 @@ class ModalWork:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
         return {"FINISHED"}
-
-    def _line(self) -> str:
-        share, passed = self._worker.share, perf_counter() - self._began
-        left = f", {passed / share - passed:.0f} s left" if share > 0.05 and passed > 1.0 else ""
-        return f"{self._worker.line} {share:.0%}{left}"
 
     def _stop_telling(self, context: bpy.types.Context) -> None:
         if self._timer is None:

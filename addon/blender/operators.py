@@ -5,20 +5,18 @@ Blender reads the annotations as values, so they are not postponed here.
 
 import tempfile
 from pathlib import Path
-from typing import Any
 
 import bpy
 from bpy.props import BoolProperty, StringProperty
 
-from ..pipeline.errors import UserError
-from . import modules
+from .camera import picture_size
 from .export import scene_data
+from .modal_work import ModalWork
 from .properties import settings_of
+from .worker import Worker
 
-TICK = 0.25
 
-
-class BIH_OT_report(bpy.types.Operator):
+class BIH_OT_report(ModalWork, bpy.types.Operator):
     bl_idname = "bih.report"
     bl_label = "Error Report"
     bl_description = (
@@ -34,79 +32,27 @@ class BIH_OT_report(bpy.types.Operator):
     only: StringProperty(name="Sections", description="Names of sections, with commas; empty: all", options={"HIDDEN"})
     folder: StringProperty(name="Folder", description="Where the page is written", options={"HIDDEN"})
 
-    _background: Any = None
-    _timer: Any = None
+    def started(self, context: bpy.types.Context) -> Worker[Path]:
+        from ..report.error.command import options_of
+        from ..report.error.subject import Subject
+        from .background import report_worker
 
-    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        """In a window: without freezing it."""
-        if not self._start(context):
-            return {"CANCELLED"}
-        manager = context.window_manager
-        self._timer = manager.event_timer_add(TICK, window=context.window)
-        manager.progress_begin(0, 100)
-        manager.modal_handler_add(self)
-        return {"RUNNING_MODAL"}
+        scene = context.scene
+        exported = scene_data(context.evaluated_depsgraph_get(), *picture_size(scene))
+        subject = Subject(exported, settings_of(scene), bpy.data.filepath or scene.name)
+        # What is empty is said at once.
+        assert subject.mesh and subject.camera
+        folder = Path(self.folder) if self.folder else _own_folder()
+        return report_worker(subject, options_of(self.quick, self.only or None), folder)
 
-    def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        if event.type == "ESC":
-            self._background.cancel()
-        if event.type != "TIMER":
-            return {"PASS_THROUGH"}
-        if not self._background.is_done:
-            context.window_manager.progress_update(100 * self._background.share)
-            context.workspace.status_text_set(f"BIH report: {self._background.line} (Esc ends it)")
-            return {"PASS_THROUGH"}
-        self._stop_telling(context)
-        if self._finished() == {"CANCELLED"}:
-            return {"CANCELLED"}
-        bpy.ops.wm.url_open(url=self._background.page.as_uri())
-        return {"FINISHED"}
+    def finished(self, context: bpy.types.Context, result: Path) -> str:
+        if self.is_in_window:
+            bpy.ops.wm.url_open(url=result.as_uri())
+        return f"BIH report: {result}"
 
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        """From a script: when it returns, the page is there."""
-        if not self._start(context):
-            return {"CANCELLED"}
-        self._background.wait()
-        return self._finished()
-
-    def cancel(self, context: bpy.types.Context) -> None:
-        """Blender closes."""
-        self._background.cancel()
-        self._background.wait()
-        self._stop_telling(context)
-
-    def _start(self, context: bpy.types.Context) -> bool:
-        try:
-            modules.require("bihtree")
-            from ..report.error.command import options_of
-            from ..report.error.subject import Subject
-            from .background import BackgroundReport
-
-            scene = context.scene
-            scale = scene.render.resolution_percentage / 100
-            size = (max(1, int(side * scale)) for side in (scene.render.resolution_x, scene.render.resolution_y))
-            exported = scene_data(context.evaluated_depsgraph_get(), *size)
-            subject = Subject(exported, settings_of(scene), bpy.data.filepath or scene.name)
-            # What is empty is said at once.
-            assert subject.mesh and subject.camera
-            folder = Path(self.folder) if self.folder else _own_folder()
-            self._background = BackgroundReport(subject, options_of(self.quick, self.only or None), folder)
-        except UserError as error:
-            self.report({"ERROR"}, str(error))
-            return False
-        return True
-
-    def _finished(self) -> set[str]:
-        if self._background.error:
-            self.report({"ERROR"}, self._background.error)
-            return {"CANCELLED"}
-        self.report({"INFO"}, f"BIH report: {self._background.page}")
-        return {"FINISHED"}
-
-    def _stop_telling(self, context: bpy.types.Context) -> None:
-        context.window_manager.event_timer_remove(self._timer)
-        context.window_manager.progress_end()
-        context.workspace.status_text_set(None)
+    def line(self) -> str:
+        """The report knows better how long it takes."""
+        return self.work.line
 
 
 def _own_folder() -> Path:

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..pipeline import overlay_style as style
+from ..pipeline.overlay_boxes import SHOWN
 from . import compat
 from .trees import TREES, SceneTrees
 
@@ -165,7 +166,7 @@ def _draw_tree(
     from . import overlay_layers
 
     built: Any = trees.main if move is None else trees.other
-    if chosen.shown not in {"planes", "boxes", "leaves"}:
+    if chosen.shown not in SHOWN:
         return
     made_of = (built.nodes, chosen.shown, chosen.first_depth, chosen.last_depth)
     if chosen.filled and chosen.shown == "planes":
@@ -185,22 +186,28 @@ def _draw_path(layers: Any, trees: SceneTrees) -> None:
     drawn = layers.layer("path", (trees.path,), lambda: Drawn(overlay_layers.path_outlines(trees)))
     _draw_outlines(drawn, in_front=True)
     ends = trees.path.ends.astype(np.float32)
-    _draw_wide(_batch("LINES", ends, wide=True), (*style.RAY_COLOUR, 1.0), 3.0)
+    line = layers.layer("ray", (trees.path,), lambda: _batch("LINES", ends, wide=True))
+    _draw_wide(line, (*style.RAY_COLOUR, 1.0), 3.0)
 
 
 def _draw_selected(layers: Any, trees: SceneTrees) -> None:
+    made_of = (trees.main.nodes, trees.selected)
+    for batch, colour in layers.layer("selected", made_of, lambda: _selected_batches(trees)):
+        _draw_wide(batch, (*colour, 1.0), 2.5)
+
+
+def _selected_batches(trees: SceneTrees) -> list[tuple[Any, style.Colour]]:
+    """The box of the selected node and its clip planes, with their colours."""
     from ..pipeline.overlay import EDGES
     from . import overlay_layers
 
-    box = overlay_layers.selected_box(trees)[EDGES].reshape(-1, 3)
-    _draw_wide(_batch("LINES", box, wide=True), (*style.SELECTED_COLOUR, 1.0), 2.5)
-    drawn = layers.layer(
-        "selected", (trees.main.nodes, trees.selected), lambda: Drawn(overlay_layers.selected_outlines(trees))
-    )
-    for part in drawn.batches:
-        if part.chunk.kind in (style.Kind.LEFT, style.Kind.RIGHT):
-            corners = part.chunk.corners.reshape(-1, 3)[part.chunk.edges].reshape(-1, 3)
-            _draw_wide(_batch("LINES", corners, wide=True), (*style.VIEWPORT_COLOURS[part.chunk.kind], 1.0), 2.5)
+    box = overlay_layers.selected_box(trees)[EDGES]
+    planes = [
+        (part.corners.reshape(-1, 3)[part.edges], style.VIEWPORT_COLOURS[part.kind])
+        for part in overlay_layers.selected_outlines(trees).chunks
+        if part.kind in (style.Kind.LEFT, style.Kind.RIGHT)
+    ]
+    return [(_batch("LINES", lines, wide=True), colour) for lines, colour in [(box, style.SELECTED_COLOUR), *planes]]
 
 
 def _shows_overlays() -> bool:

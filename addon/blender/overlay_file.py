@@ -10,6 +10,7 @@ from typing import Any
 import bpy
 from bpy.props import StringProperty
 
+from .camera import picture_size
 from .export import scene_data
 from .modal_work import FileWork
 from .properties import settings_of
@@ -46,12 +47,3 @@ class BIH_OT_render_overlay(FileWork, bpy.types.Operator):
 
     def finished(self, context: bpy.types.Context, result: Any) -> str:
         return f"BIH: wrote {result}"
-
-
-def picture_size(scene: bpy.types.Scene) -> tuple[int, int]:
-    """Pixels of the scene's picture."""
-    render = scene.render
-    width, height = (
-        max(1, side * render.resolution_percentage // 100) for side in (render.resolution_x, render.resolution_y)
-    )
-    return width, height

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import bpy
 
+from ..pipeline.overlay_boxes import SHOWN
 from .panel_parts import draw_table, note, plain
 from .trees import TREES
-
-RANGED = {"planes", "boxes", "leaves"}
 
 
 def draw_overlay(layout: bpy.types.UILayout, scene: bpy.types.Scene) -> None:
@@ -17,7 +16,7 @@ def draw_overlay(layout: bpy.types.UILayout, scene: bpy.types.Scene) -> None:
         note(layout, "Build a tree to see it")
     column = layout.column()
     column.prop(chosen, "shown")
-    if chosen.shown in RANGED:
+    if chosen.shown in SHOWN:
         depths = column.column(align=True)
         depths.prop(chosen, "first_depth")
         depths.prop(chosen, "last_depth")

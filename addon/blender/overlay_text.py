@@ -57,11 +57,9 @@ def _draw_entries(entries: list[tuple[Any, str]], left: float, bottom: float, un
 
 
 def _draw_scale(cost: Any, left: float, bottom: float, unit: float) -> None:
-    pad, steps, width, height = 8 * unit, 64, 220 * unit, 12 * unit
+    pad, width, height = 8 * unit, 220 * unit, 12 * unit
     _rectangle(left, bottom, width + 2 * pad, 5.2 * SIZE * unit, PANEL)
-    for number, colour in enumerate(cost_map.ramp(np.linspace(0, 1, steps))):
-        step = width / steps
-        _rectangle(left + pad + number * step, bottom + 1.9 * SIZE * unit, step + 1, height, (*colour.tolist(), 1.0))
+    _ramp(left + pad, bottom + 1.9 * SIZE * unit, width, height)
     _text(left + pad, bottom + 3.7 * SIZE * unit, "Nodes and triangles for a ray")
     _text(left + pad, bottom + 0.6 * SIZE * unit, f"{cost.least}")
     _text(left + pad + width, bottom + 0.6 * SIZE * unit, f"{cost.most} and more", is_right=True)
@@ -104,6 +102,18 @@ def _text(x: float, y: float, text: str, *, is_right: bool = False, is_centred: 
     blf.position(FONT, x - width * (1.0 if is_right else 0.5 if is_centred else 0.0), y, 0)
     blf.color(FONT, *INK)
     blf.draw(FONT, text)
+
+
+def _ramp(x: float, y: float, width: float, height: float) -> None:
+    """The colours of the scale from left to right."""
+    import gpu
+    from gpu_extras.batch import batch_for_shader
+
+    shares = np.linspace(0.0, 1.0, 64)
+    corners = [(x + share * width, y + end) for share in shares.tolist() for end in (0.0, height)]
+    colours = [(*colour, 1.0) for colour in cost_map.ramp(shares).tolist() for _ in range(2)]
+    shader = gpu.shader.from_builtin("SMOOTH_COLOR")
+    batch_for_shader(shader, "TRI_STRIP", {"pos": corners, "color": colours}).draw(shader)
 
 
 def _rectangle(x: float, y: float, width: float, height: float, colour: tuple[float, ...]) -> None:

@@ -16,7 +16,6 @@ from .trees import TREES
 CHARACTER, MARGIN = 6.4, 8
 """Width of a letter of Blender's interface in pixels, on average, and the letters that a panel's margins take."""
 
-SHADING = ("shading", "shadows", "soft_shadows", "ambient_occlusion", "ambient_occlusion_distance", "smooth")
 CHOICES = {"layout": settings.LAYOUTS, "heuristic": settings.HEURISTICS}
 
 
@@ -61,9 +60,20 @@ def draw_own_choices(layout: bpy.types.UILayout, chosen: BihSettings, name: str,
 
 def draw_render_settings(layout: bpy.types.UILayout, chosen: BihSettings) -> None:
     plain(layout)
-    for name in ("samples", "viewport_samples", *SHADING, "overlay_depth"):
+    for name in ("samples", "viewport_samples", *settings.SHADING, "overlay_depth"):
         layout.prop(chosen, name)
     layout.column().prop(chosen, "passes")
+
+
+def draw_whole(layout: bpy.types.UILayout, context: bpy.types.Context, *, with_picture: bool) -> None:
+    """The choices and the buttons, with or without those of the picture."""
+    is_whole = draw_missing(layout)
+    draw_tree_settings(layout.column(), context)
+    if with_picture:
+        draw_render_settings(layout.column(), context.scene.bih)
+    buttons = layout.column()
+    buttons.enabled = is_whole
+    draw_buttons(buttons, context.scene)
 
 
 def draw_buttons(layout: bpy.types.UILayout, scene: bpy.types.Scene) -> None:

@@ -26,13 +26,7 @@ class RENDER_PT_bih(RenderPanel, bpy.types.Panel):
     bl_label = "BIH Preview"
 
     def draw(self, context: bpy.types.Context) -> None:
-        layout = self.layout
-        is_whole = panel_parts.draw_missing(layout)
-        panel_parts.draw_tree_settings(layout.column(), context)
-        panel_parts.draw_render_settings(layout.column(), context.scene.bih)
-        buttons = layout.column()
-        buttons.enabled = is_whole
-        panel_parts.draw_buttons(buttons, context.scene)
+        panel_parts.draw_whole(self.layout, context, with_picture=True)
 
 
 class RENDER_PT_bih_build(RenderPanel, bpy.types.Panel):

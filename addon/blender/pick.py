@@ -10,10 +10,10 @@ from bpy.props import EnumProperty, FloatVectorProperty
 
 from ..pipeline.errors import UserError
 from .build import built_tree, redraw
-from .trees import TREES
+from .trees import TREES, OfBuiltTree
 
 
-class BIH_OT_pick_ray(bpy.types.Operator):
+class BIH_OT_pick_ray(OfBuiltTree, bpy.types.Operator):
     bl_idname = "bih.pick_ray"
     bl_label = "Pick Ray"
     bl_description = (
@@ -24,10 +24,6 @@ class BIH_OT_pick_ray(bpy.types.Operator):
 
     origin: FloatVectorProperty(name="Origin", description="Where the ray starts", options={"HIDDEN"})
     direction: FloatVectorProperty(name="Direction", description="Where it goes", options={"HIDDEN"})
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return TREES.of(context.scene).main is not None
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         context.window.cursor_modal_set("EYEDROPPER")
@@ -66,7 +62,7 @@ class BIH_OT_pick_ray(bpy.types.Operator):
         context.workspace.status_text_set(None)
 
 
-class BIH_OT_select_node(bpy.types.Operator):
+class BIH_OT_select_node(OfBuiltTree, bpy.types.Operator):
     bl_idname = "bih.select_node"
     bl_label = "Select Node"
     bl_description = "Go to another node of the built tree; no time, no memory"
@@ -82,10 +78,6 @@ class BIH_OT_select_node(bpy.types.Operator):
             ("none", "None", "Select nothing"),
         ],
     )
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return TREES.of(context.scene).main is not None
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         select(context, self.to)

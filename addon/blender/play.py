@@ -9,10 +9,10 @@ import bpy
 from bpy.props import FloatProperty
 
 from .build import redraw
-from .trees import TREES
+from .trees import TREES, OfBuiltTree
 
 
-class BIH_OT_play_construction(bpy.types.Operator):
+class BIH_OT_play_construction(OfBuiltTree, bpy.types.Operator):
     bl_idname = "bih.play_construction"
     bl_label = "Play Construction"
     bl_description = (
@@ -24,10 +24,6 @@ class BIH_OT_play_construction(bpy.types.Operator):
     pause: FloatProperty(name="Pause", description="Seconds of time a level", default=0.6, min=0.05, soft_max=3.0)
 
     _timer: Any = None
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return TREES.of(context.scene).main is not None
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         context.scene.bih_overlay.last_depth = context.scene.bih_overlay.first_depth

@@ -16,6 +16,7 @@ from ..pipeline.looks import Reading
 from ..pipeline.mesh import bounds_of
 from ..pipeline.scene import SceneData
 from ..pipeline.settings import Settings
+from .camera import picture_size
 from .export import scene_data
 from .importers import import_mesh, reason
 from .properties import settings_of
@@ -135,9 +136,7 @@ def _check_header(path: Path) -> None:
 
 
 def _size_of(scene: bpy.types.Scene) -> tuple[int, int]:
-    render = scene.render
-    width = render.resolution_x * render.resolution_percentage // 100
-    height = render.resolution_y * render.resolution_percentage // 100
+    width, height = picture_size(scene, least=0)
     if width < 1 or height < 1:
         raise UserError(
             f"scene {scene.name!r} has a picture of {width} x {height} pixels. Give --size, or save a larger one."

@@ -5,7 +5,7 @@ from __future__ import annotations
 import bpy
 
 from . import overlay_parts, panel_parts
-from .trees import TREES
+from .trees import OfBuiltTree
 
 
 class SidebarPanel:
@@ -20,12 +20,7 @@ class VIEW3D_PT_bih(SidebarPanel, bpy.types.Panel):
     bl_label = "Tree"
 
     def draw(self, context: bpy.types.Context) -> None:
-        layout = self.layout
-        is_whole = panel_parts.draw_missing(layout)
-        panel_parts.draw_tree_settings(layout.column(), context)
-        buttons = layout.column()
-        buttons.enabled = is_whole
-        panel_parts.draw_buttons(buttons, context.scene)
+        panel_parts.draw_whole(self.layout, context, with_picture=False)
 
 
 class VIEW3D_PT_bih_build(SidebarPanel, bpy.types.Panel):
@@ -47,12 +42,8 @@ class VIEW3D_PT_bih_overlay(SidebarPanel, bpy.types.Panel):
         overlay_parts.draw_overlay(self.layout, context.scene)
 
 
-class VIEW3D_PT_bih_node(SidebarPanel, bpy.types.Panel):
+class VIEW3D_PT_bih_node(OfBuiltTree, SidebarPanel, bpy.types.Panel):
     bl_label = "Node"
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return TREES.of(context.scene).main is not None
 
     def draw(self, context: bpy.types.Context) -> None:
         overlay_parts.draw_node(self.layout, context.scene)

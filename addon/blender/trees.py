@@ -31,7 +31,8 @@ class SceneTrees:
             self.path, self.selected = None, -1
 
     def free(self) -> None:
-        self.__init__()  # type: ignore[misc]
+        self.main = self.other = self.path = self.cost = None
+        self.selected = -1
 
 
 class Trees:
@@ -47,6 +48,14 @@ class Trees:
 
 
 TREES = Trees()
+
+
+class OfBuiltTree:
+    """What operators and panels that are about a built tree have beside Blender's own."""
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return TREES.of(context.scene).main is not None
 
 
 @bpy.app.handlers.persistent

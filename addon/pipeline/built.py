@@ -68,13 +68,7 @@ def build(
     vertices, triangles = scene.flatten()
     if not len(triangles):
         raise UserError(f"scene {scene.name!r} has no triangles; add an object with faces, or show a hidden one")
-    tree = bihtree.Tree(
-        vertices,
-        triangles,
-        **tree_options(settings),
-        copy=False,
-        progress=lambda share: told("building", share),
-    )
+    tree = _tree(vertices, triangles, settings, told)
     built = BuiltTree(scene.name, vertices, triangles, tree, tree.nodes(limit=1), tuple(scene.skipped))
     if view is not None:
         told("tracing", 0.0)
@@ -88,14 +82,15 @@ def build(
 
 def rebuilt(made: BuiltTree, settings: Settings, *, told: Told = lambda _line, _share: None) -> BuiltTree:
     """Another tree over the same mesh. Raises bihtree.Cancelled where `told` returns False."""
-    tree = bihtree.Tree(
-        made.vertices,
-        made.triangles,
-        **tree_options(settings),
-        copy=False,
-        progress=lambda share: told("building", share),
-    )
+    tree = _tree(made.vertices, made.triangles, settings, told)
     return BuiltTree(made.name, made.vertices, made.triangles, tree, tree.nodes(limit=MOST_NODES), made.skipped)
+
+
+def _tree(
+    vertices: NDArray[np.floating[Any]], triangles: NDArray[np.int32], settings: Settings, told: Told
+) -> bihtree.Tree:
+    options = tree_options(settings)
+    return bihtree.Tree(vertices, triangles, **options, copy=False, progress=lambda share: told("building", share))
 
 
 def tree_options(settings: Settings) -> dict[str, Any]:

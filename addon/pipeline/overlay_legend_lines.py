@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .overlay import INNER, LEAF, UNBUILT, Kind, overlapping
-from .overlay_boxes import in_range
+from .overlay_boxes import SHOWN, in_range
 from .ray_path import RayPath
 
 Entry = tuple[Kind | None, str]
@@ -21,7 +21,7 @@ def entries(nodes: NDArray[np.void], shown: str, first: int, last: int, *, path:
         titles = [f"The ray hits {what}, after {len(path.visited):,} nodes of two children"]
         titles.append(f"As it is stored: {path.nodes:,} records or nodes visited, {path.tests:,} triangles tested")
         return [*((None, title) for title in titles), *_counted(nodes[path.visited], "planes", is_path=True)]
-    if shown not in {"planes", "boxes", "leaves"}:
+    if shown not in SHOWN:
         return []
     end = min(last, int(nodes["depth"].max(initial=0)))
     title = f"Depth {first} to {end}" if end > first else f"Depth {first}"

@@ -18,6 +18,8 @@ DEFAULT_PASSES = ("combined", "depth", "normal", "position", "triangle", "cost")
 PASSES = (*DEFAULT_PASSES, "instance", "object_index", "material_index")
 """New ones are put last: Blender saves the choice by their places."""
 SHADINGS = ("lights", "headlight")
+SHADING = ("shading", "shadows", "soft_shadows", "ambient_occlusion", "ambient_occlusion_distance", "smooth")
+"""The settings that say how what is seen is lit."""
 PARTS = (
     *("bucket sort", "on demand", "double precision", "normals", "smooth normals", "materials"),
     *("shadow rays", "ambient occlusion", "lights without power"),

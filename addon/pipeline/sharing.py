@@ -10,6 +10,7 @@ import bihtree
 import numpy as np
 from numpy.typing import NDArray
 
+from .content import have_same_content
 from .mesh import Mesh
 from .scene import SceneData
 
@@ -42,9 +43,8 @@ def _outside(mesh: Mesh) -> tuple[Any, ...]:
 
 
 def _are_equal(one: Mesh, other: Mesh) -> bool:
-    pairs = zip(_arrays(one), _arrays(other), strict=True)
-    # Bytes: of 0 and -0 one may be shown where the other is not.
-    return all(a is b or (a is not None and b is not None and a.tobytes() == b.tobytes()) for a, b in pairs)
+    """By bytes: of 0 and -0 one may be shown where the other is not."""
+    return have_same_content(_arrays(one), _arrays(other))
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,14 @@ BOX_FACES = np.array([(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0
 MOST_OUTLINES = 50_000
 """More boxes and planes than Blender's own editing copes with."""
 
-
+NAMES = {
+    Kind.BOX: "Box",
+    Kind.LEAF_BOX: "Leaf",
+    Kind.RIGHT: "Right Plane",
+    Kind.LEFT: "Left Plane",
+    Kind.OVERLAP: "Overlap",
+    Kind.UNBUILT_BOX: "Unbuilt",
+}
 KINDS = {
     "planes": (Kind.LEFT, Kind.RIGHT, Kind.LEAF_BOX, Kind.UNBUILT_BOX),
     "boxes": (Kind.BOX, Kind.LEAF_BOX, Kind.UNBUILT_BOX),
@@ -54,13 +61,3 @@ def tree_meshes(nodes: NDArray[np.void], shown: str, first: int, last: int) -> l
         name = f"{NAMES[kind]} {depth}"
         made.append(TreeMesh(name, kind, depth, corners.reshape(-1, 3), rows.reshape(-1, 4).astype(np.int32)))
     return made
-
-
-NAMES = {
-    Kind.BOX: "Box",
-    Kind.LEAF_BOX: "Leaf",
-    Kind.RIGHT: "Right Plane",
-    Kind.LEFT: "Left Plane",
-    Kind.OVERLAP: "Overlap",
-    Kind.UNBUILT_BOX: "Unbuilt",
-}

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from addon.blender import bvh_tree, command_line
-from addon.blender.background import BackgroundReport
+from addon.blender.background import report_worker
 from addon.pipeline.camera import framing_view
 from addon.pipeline.mesh import Mesh, bounds_of
 from addon.pipeline.scene import SceneData
@@ -123,11 +123,11 @@ def test_the_button_writes_a_page(registered, tmp_path):
 def test_in_the_background_it_can_be_cancelled(tmp_path):
     ball = icosphere(2)
     scene = SceneData.of_mesh(Mesh("ball", *ball), framing_view(bounds_of(ball.vertices), 40, 30))
-    going = BackgroundReport(Subject(scene, Settings(), "ball"), Options(rays=100, rounds=500), tmp_path)
+    going = report_worker(Subject(scene, Settings(), "ball"), Options(rays=100, rounds=500), tmp_path)
     going.cancel()
     going.wait()
     assert going.is_done and not going.error
-    assert "Incomplete: cancelled" in going.page.read_text()
-    failed = BackgroundReport(Subject(scene, Settings(), "ball"), Options(), Path("/proc/self/fd"))
+    assert "Incomplete: cancelled" in going.result.read_text()
+    failed = report_worker(Subject(scene, Settings(), "ball"), Options(), Path("/proc/self/fd"))
     failed.wait()
-    assert "cannot write into" in failed.error and failed.page is None
+    assert "cannot write into" in failed.error and failed.result is None

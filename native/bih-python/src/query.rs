@@ -18,22 +18,19 @@ use crate::tree::{State, Tree};
 pub const SUPERVISED: usize = 1 << 14;
 
 /// Batches of fewer tests are, where each ray may meet every triangle.
-pub const SUPERVISED_TESTS: usize = 1 << 24;
+const SUPERVISED_TESTS: usize = 1 << 24;
+
+/// Fewer rays than this are not supervised where each may meet so many triangles.
+pub fn few(triangles: usize) -> usize {
+    SUPERVISED.min(SUPERVISED_TESTS / triangles.max(1))
+}
 
 impl Tree {
     /// The nearest hit of each ray, in numbers of one precision.
-    pub fn closest<F: Float + Element>(
-        &self,
-        py: Python<'_>,
-        origins: &Bound<'_, PyAny>,
-        directions: &Bound<'_, PyAny>,
-        t_min: &Limit<'_>,
-        t_max: &Limit<'_>,
-    ) -> PyResult<Hits> {
-        let hits =
-            self.query(py, origins, directions, t_min, t_max, SUPERVISED, |core, triangles, rays, control| {
-                rays.closest::<F>(core, triangles, control)
-            })?;
+    pub fn closest<F: Float + Element>(&self, py: Python<'_>, rays: &Rays<'_, '_>) -> PyResult<Hits> {
+        let hits = self.query(py, rays, SUPERVISED, |core, triangles, rays, control| {
+            rays.closest::<F>(core, triangles, control)
+        })?;
         Ok(Hits::new(py, hits))
     }
 
@@ -44,42 +41,29 @@ impl Tree {
     }
 
     /// All hits of each ray, in numbers of one precision.
-    pub fn all<F: Float + Element>(
-        &self,
-        py: Python<'_>,
-        origins: &Bound<'_, PyAny>,
-        directions: &Bound<'_, PyAny>,
-        t_min: &Limit<'_>,
-        t_max: &Limit<'_>,
-        most: usize,
-    ) -> PyResult<HitLists> {
-        let lists =
-            self.query(py, origins, directions, t_min, t_max, self.few(), |core, triangles, rays, control| {
-                rays.all::<F>(core, triangles, most, control)
-            })?;
+    pub fn all<F: Float + Element>(&self, py: Python<'_>, rays: &Rays<'_, '_>, most: usize) -> PyResult<HitLists> {
+        let lists = self.query(py, rays, self.few(), |core, triangles, rays, control| {
+            rays.all::<F>(core, triangles, most, control)
+        })?;
         HitLists::new(py, lists)
     }
 
     /// Check the rays and hand them to `work` with the triangles, supervised unless there are `few`.
-    #[expect(clippy::too_many_arguments, reason = "four of them are the rays")]
-    pub fn query<'py, T: Send>(
+    pub fn query<T: Send>(
         &self,
-        py: Python<'py>,
-        origins: &Bound<'py, PyAny>,
-        directions: &Bound<'py, PyAny>,
-        t_min: &Limit<'py>,
-        t_max: &Limit<'py>,
+        py: Python<'_>,
+        rays: &Rays<'_, '_>,
         few: usize,
         work: impl FnOnce(&CoreTree, &Triangles, &RayBatch, &Control) -> Result<T, Error> + Send,
     ) -> PyResult<T> {
-        with_rays(origins, directions, t_min, t_max, |batch| {
+        rays.check(|batch| {
             self.work(py, batch.len(), few, |core, triangles, control| work(core, triangles, batch, control))
         })
     }
 
     /// Fewer rays than this are not supervised where each may meet every triangle.
     pub fn few(&self) -> usize {
-        SUPERVISED.min(SUPERVISED_TESTS / self.state().core.stats().triangles.max(1))
+        few(self.state().core.stats().triangles)
     }
 
     /// Answer this many questions about the triangles, supervised unless there are `few`.
@@ -98,39 +82,48 @@ impl Tree {
     }
 }
 
-/// Check the rays and hand them to `work`.
-pub fn with_rays<'py, T>(
-    origins: &Bound<'py, PyAny>,
-    directions: &Bound<'py, PyAny>,
-    t_min: &Limit<'py>,
-    t_max: &Limit<'py>,
-    work: impl FnOnce(&RayBatch) -> PyResult<T>,
-) -> PyResult<T> {
-    let _standard = FloatEnvironment::standard();
-    let origins = vectors("origins", origins)?;
-    let directions = vectors("directions", directions)?;
-    let rays = origins.rows();
-    if directions.rows() != rays {
-        let others = directions.rows();
-        return Err(GeometryError::new_err(format!("directions: {others} rows, but origins has {rays}")));
+/// Rays as a caller gives them.
+pub struct Rays<'a, 'py> {
+    pub origins: &'a Bound<'py, PyAny>,
+    pub directions: &'a Bound<'py, PyAny>,
+    pub t_min: Limit<'py>,
+    pub t_max: Limit<'py>,
+}
+
+impl<'a, 'py> Rays<'a, 'py> {
+    /// From 0 on, without end.
+    pub fn endless(origins: &'a Bound<'py, PyAny>, directions: &'a Bound<'py, PyAny>) -> Self {
+        Self { origins, directions, t_min: Limit::Number(0.0), t_max: Limit::Number(f64::INFINITY) }
     }
-    let (t_min, t_max) = (limits("t_min", t_min, rays)?, limits("t_max", t_max, rays)?);
-    let readonly = |limit: &LimitArray<'py>| match limit {
-        LimitArray::All(_) => Ok(None),
-        LimitArray::Each(array) => array.try_readonly().map(Some),
-    };
-    let (t_min_array, t_max_array) = (readonly(&t_min)?, readonly(&t_max)?);
-    let batch = RayBatch {
-        origins: origins.view()?,
-        directions: directions.view()?,
-        t_min: match (&t_min, &t_min_array) {
-            (LimitArray::All(limit), _) => Limits::All(*limit),
-            (_, array) => Limits::Each(array.as_ref().map_or(Ok(&[][..]), |array| array.as_slice())?),
-        },
-        t_max: match (&t_max, &t_max_array) {
-            (LimitArray::All(limit), _) => Limits::All(*limit),
-            (_, array) => Limits::Each(array.as_ref().map_or(Ok(&[][..]), |array| array.as_slice())?),
-        },
-    };
-    work(&batch)
+
+    /// Check them and hand them to `work`.
+    pub fn check<T>(&self, work: impl FnOnce(&RayBatch) -> PyResult<T>) -> PyResult<T> {
+        let _standard = FloatEnvironment::standard();
+        let origins = vectors("origins", self.origins)?;
+        let directions = vectors("directions", self.directions)?;
+        let rays = origins.rows();
+        if directions.rows() != rays {
+            let others = directions.rows();
+            return Err(GeometryError::new_err(format!("directions: {others} rows, but origins has {rays}")));
+        }
+        let (t_min, t_max) = (limits("t_min", &self.t_min, rays)?, limits("t_max", &self.t_max, rays)?);
+        let readonly = |limit: &LimitArray<'py>| match limit {
+            LimitArray::All(_) => Ok(None),
+            LimitArray::Each(array) => array.try_readonly().map(Some),
+        };
+        let (t_min_array, t_max_array) = (readonly(&t_min)?, readonly(&t_max)?);
+        let batch = RayBatch {
+            origins: origins.view()?,
+            directions: directions.view()?,
+            t_min: match (&t_min, &t_min_array) {
+                (LimitArray::All(limit), _) => Limits::All(*limit),
+                (_, array) => Limits::Each(array.as_ref().map_or(Ok(&[][..]), |array| array.as_slice())?),
+            },
+            t_max: match (&t_max, &t_max_array) {
+                (LimitArray::All(limit), _) => Limits::All(*limit),
+                (_, array) => Limits::Each(array.as_ref().map_or(Ok(&[][..]), |array| array.as_slice())?),
+            },
+        };
+        work(&batch)
+    }
 }

@@ -16,7 +16,7 @@ use rayon::ThreadPool;
 use crate::arrays::{Limit, as_array, converted, kind, wrong};
 use crate::errors::GeometryError;
 use crate::hits::{HitLists, Hits};
-use crate::query::{SUPERVISED, SUPERVISED_TESTS, with_rays};
+use crate::query::{Rays, SUPERVISED, few};
 use crate::stats::Stats;
 use crate::supervise::{run, supervise};
 use crate::tree::{Pair, State, Tree, bounds_array, cost_arrays, count, node_array, thread_pool};
@@ -76,11 +76,8 @@ impl Scene {
         t_min: Limit<'_>,
         t_max: Limit<'_>,
     ) -> PyResult<Hits> {
-        if self.is_double {
-            self.closest::<f64>(py, origins, directions, &t_min, &t_max)
-        } else {
-            self.closest::<f32>(py, origins, directions, &t_min, &t_max)
-        }
+        let rays = Rays { origins, directions, t_min, t_max };
+        if self.is_double { self.closest::<f64>(py, &rays) } else { self.closest::<f32>(py, &rays) }
     }
 
     /// Whether each ray hits anything.
@@ -94,9 +91,8 @@ impl Scene {
         t_min: Limit<'py>,
         t_max: Limit<'py>,
     ) -> PyResult<Bound<'py, PyArray1<bool>>> {
-        let answers = self.query(py, origins, directions, &t_min, &t_max, SUPERVISED, |tracer, rays, control| {
-            tracer.occluded_of(rays, control)
-        })?;
+        let rays = Rays { origins, directions, t_min, t_max };
+        let answers = self.query(py, &rays, SUPERVISED, |tracer, rays, control| tracer.occluded_of(rays, control))?;
         Ok(PyArray::from_vec(py, answers))
     }
 
@@ -112,12 +108,9 @@ impl Scene {
         t_max: Limit<'_>,
         max_hits: Option<i64>,
     ) -> PyResult<HitLists> {
+        let rays = Rays { origins, directions, t_min, t_max };
         let most = max_hits.map(|most| count("max_hits", most, 1)).transpose()?.unwrap_or(usize::MAX);
-        if self.is_double {
-            self.all::<f64>(py, origins, directions, &t_min, &t_max, most)
-        } else {
-            self.all::<f32>(py, origins, directions, &t_min, &t_max, most)
-        }
+        if self.is_double { self.all::<f64>(py, &rays, most) } else { self.all::<f32>(py, &rays, most) }
     }
 
     /// How often each ray crosses the surfaces.
@@ -131,9 +124,8 @@ impl Scene {
         t_min: Limit<'py>,
         t_max: Limit<'py>,
     ) -> PyResult<Bound<'py, PyArray1<i32>>> {
-        let counts = self.query(py, origins, directions, &t_min, &t_max, self.few(), |tracer, rays, control| {
-            tracer.count_of(rays, control)
-        })?;
+        let rays = Rays { origins, directions, t_min, t_max };
+        let counts = self.query(py, &rays, self.few(), |tracer, rays, control| tracer.count_of(rays, control))?;
         Ok(PyArray::from_vec(py, counts))
     }
 
@@ -144,8 +136,7 @@ impl Scene {
         origins: &Bound<'py, PyAny>,
         directions: &Bound<'py, PyAny>,
     ) -> PyResult<Pair<'py>> {
-        let all = (Limit::Number(0.0), Limit::Number(f64::INFINITY));
-        let counts = self.query(py, origins, directions, &all.0, &all.1, SUPERVISED, |tracer, rays, control| {
+        let counts = self.query(py, &Rays::endless(origins, directions), SUPERVISED, |tracer, rays, control| {
             tracer.cost_of(rays, control)
         })?;
         Ok(cost_arrays(py, &counts))
@@ -213,56 +204,33 @@ impl Scene {
         self.pool.as_ref()
     }
 
-    fn closest<F: Float + Element>(
-        &self,
-        py: Python<'_>,
-        origins: &Bound<'_, PyAny>,
-        directions: &Bound<'_, PyAny>,
-        t_min: &Limit<'_>,
-        t_max: &Limit<'_>,
-    ) -> PyResult<Hits> {
+    fn closest<F: Float + Element>(&self, py: Python<'_>, rays: &Rays<'_, '_>) -> PyResult<Hits> {
         let SceneHits { hits, instance } =
-            self.query(py, origins, directions, t_min, t_max, SUPERVISED, |tracer, rays, control| {
-                tracer.closest_of::<F>(rays, control)
-            })?;
+            self.query(py, rays, SUPERVISED, |tracer, rays, control| tracer.closest_of::<F>(rays, control))?;
         Ok(Hits::of(py, hits, instance))
     }
 
-    fn all<F: Float + Element>(
-        &self,
-        py: Python<'_>,
-        origins: &Bound<'_, PyAny>,
-        directions: &Bound<'_, PyAny>,
-        t_min: &Limit<'_>,
-        t_max: &Limit<'_>,
-        most: usize,
-    ) -> PyResult<HitLists> {
+    fn all<F: Float + Element>(&self, py: Python<'_>, rays: &Rays<'_, '_>, most: usize) -> PyResult<HitLists> {
         let SceneHitLists { lists, instance } =
-            self.query(py, origins, directions, t_min, t_max, self.few(), |tracer, rays, control| {
-                tracer.all_of::<F>(rays, most, control)
-            })?;
+            self.query(py, rays, self.few(), |tracer, rays, control| tracer.all_of::<F>(rays, most, control))?;
         Ok(HitLists::of(py, lists, instance))
     }
 
     /// Fewer rays than this are not supervised where each may meet every triangle.
     fn few(&self) -> usize {
-        SUPERVISED.min(SUPERVISED_TESTS / self.placed().core.stats().triangles.max(1))
+        few(self.placed().core.stats().triangles)
     }
 
     /// Check the rays and hand them to `work` with the scene, supervised unless there are `few`.
-    #[expect(clippy::too_many_arguments, reason = "four of them are the rays")]
-    fn query<'py, T: Send>(
+    fn query<T: Send>(
         &self,
-        py: Python<'py>,
-        origins: &Bound<'py, PyAny>,
-        directions: &Bound<'py, PyAny>,
-        t_min: &Limit<'py>,
-        t_max: &Limit<'py>,
+        py: Python<'_>,
+        rays: &Rays<'_, '_>,
         few: usize,
         work: impl FnOnce(&SceneTracer, &RayBatch, &Control) -> Result<T, Error> + Send,
     ) -> PyResult<T> {
         let (placed, pool) = (self.placed(), self.pool.as_ref());
-        with_rays(origins, directions, t_min, t_max, |batch| {
+        rays.check(|batch| {
             with_models(py, &placed.trees, |models| {
                 let work = |control: &Control| work(&SceneTracer { scene: &placed.core, models }, batch, control);
                 if batch.len() < few { run(py, pool, work) } else { supervise(py, pool, None, work) }

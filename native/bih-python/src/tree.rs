@@ -21,7 +21,7 @@ use crate::errors::{BihError, to_exception};
 use crate::hits::{HitLists, Hits};
 use crate::mesh::Mesh;
 use crate::options::{named_build, named_heuristic, named_layout, named_precision, named_structure};
-use crate::query::SUPERVISED;
+use crate::query::{Rays, SUPERVISED};
 use crate::stats::Stats;
 use crate::supervise::{run, supervise};
 
@@ -100,12 +100,9 @@ impl Tree {
         t_min: Limit<'_>,
         t_max: Limit<'_>,
     ) -> PyResult<Hits> {
+        let rays = Rays { origins, directions, t_min, t_max };
         let _standard = FloatEnvironment::standard();
-        if self.is_double(py)? {
-            self.closest::<f64>(py, origins, directions, &t_min, &t_max)
-        } else {
-            self.closest::<f32>(py, origins, directions, &t_min, &t_max)
-        }
+        if self.is_double(py)? { self.closest::<f64>(py, &rays) } else { self.closest::<f32>(py, &rays) }
     }
 
     /// Whether each ray hits anything.
@@ -119,10 +116,9 @@ impl Tree {
         t_min: Limit<'py>,
         t_max: Limit<'py>,
     ) -> PyResult<Bound<'py, PyArray1<bool>>> {
-        let answers =
-            self.query(py, origins, directions, &t_min, &t_max, SUPERVISED, |core, triangles, rays, control| {
-                rays.occluded(core, triangles, control)
-            })?;
+        let rays = Rays { origins, directions, t_min, t_max };
+        let answers = self
+            .query(py, &rays, SUPERVISED, |core, triangles, rays, control| rays.occluded(core, triangles, control))?;
         Ok(PyArray::from_vec(py, answers))
     }
 
@@ -138,13 +134,10 @@ impl Tree {
         t_max: Limit<'_>,
         max_hits: Option<i64>,
     ) -> PyResult<HitLists> {
+        let rays = Rays { origins, directions, t_min, t_max };
         let most = max_hits.map(|most| count("max_hits", most, 1)).transpose()?.unwrap_or(usize::MAX);
         let _standard = FloatEnvironment::standard();
-        if self.is_double(py)? {
-            self.all::<f64>(py, origins, directions, &t_min, &t_max, most)
-        } else {
-            self.all::<f32>(py, origins, directions, &t_min, &t_max, most)
-        }
+        if self.is_double(py)? { self.all::<f64>(py, &rays, most) } else { self.all::<f32>(py, &rays, most) }
     }
 
     /// How often each ray crosses the surface.
@@ -158,10 +151,9 @@ impl Tree {
         t_min: Limit<'py>,
         t_max: Limit<'py>,
     ) -> PyResult<Bound<'py, PyArray1<i32>>> {
+        let rays = Rays { origins, directions, t_min, t_max };
         let counts =
-            self.query(py, origins, directions, &t_min, &t_max, self.few(), |core, triangles, rays, control| {
-                rays.count(core, triangles, control)
-            })?;
+            self.query(py, &rays, self.few(), |core, triangles, rays, control| rays.count(core, triangles, control))?;
         Ok(PyArray::from_vec(py, counts))
     }
 
@@ -183,15 +175,10 @@ impl Tree {
         origins: &Bound<'py, PyAny>,
         directions: &Bound<'py, PyAny>,
     ) -> PyResult<Pair<'py>> {
-        let counts = self.query(
-            py,
-            origins,
-            directions,
-            &Limit::Number(0.0),
-            &Limit::Number(f64::INFINITY),
-            SUPERVISED,
-            |core, triangles, rays, control| rays.cost(core, triangles, control),
-        )?;
+        let counts =
+            self.query(py, &Rays::endless(origins, directions), SUPERVISED, |core, triangles, rays, control| {
+                rays.cost(core, triangles, control)
+            })?;
         Ok(cost_arrays(py, &counts))
     }
 
@@ -202,15 +189,10 @@ impl Tree {
         origins: &Bound<'py, PyAny>,
         directions: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyArray2<i32>>> {
-        let decisions = self.query(
-            py,
-            origins,
-            directions,
-            &Limit::Number(0.0),
-            &Limit::Number(f64::INFINITY),
-            SUPERVISED,
-            |core, triangles, rays, control| rays.decisions(core, triangles, control),
-        )?;
+        let decisions =
+            self.query(py, &Rays::endless(origins, directions), SUPERVISED, |core, triangles, rays, control| {
+                rays.decisions(core, triangles, control)
+            })?;
         let counts = decisions.iter().flat_map(Decisions::counts).map(u32::cast_signed);
         PyArray1::from_iter(py, counts).reshape([decisions.len(), 5])
     }

@@ -198,4 +198,5 @@ def press_undo() -> None:
         w.window().event_simulate(type="Z", value=value, x=x, y=y, ctrl=True)
 
 
+bpy.context.preferences.system.viewport_aa = "FXAA"  # one look at the scene for a redraw, not eight
 w.run(steps())

@@ -7,17 +7,18 @@ Blender had after 5 rounds and at the end; it is written last.
 import gc
 import json
 import os
-import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).parent))
+
 import addon_utils
 import bpy
+import window_steps as w
 from mathutils import Quaternion
 
 MODULE = "bl_ext.user_default.bih"
-PAUSE = 0.05
 PAUSES_BETWEEN_LOOKS = 6
 PATIENCE = 400
 folder, rounds = sys.argv[sys.argv.index("--") + 1 :]
@@ -25,17 +26,12 @@ report: dict[str, object] = {"shots": {}, "pages": []}
 last_shot: list[bytes] = []
 
 
-def viewport() -> bpy.types.Area:
-    areas = bpy.context.window_manager.windows[0].screen.areas
-    return max((area for area in areas if area.type == "VIEW_3D"), key=lambda area: area.width * area.height)
-
-
 def region() -> bpy.types.Region:
-    return next(region for region in viewport().regions if region.type == "WINDOW")
+    return w.region(w.area("VIEW_3D"))
 
 
 def scene() -> bpy.types.Scene:
-    return bpy.context.window_manager.windows[0].scene
+    return w.window().scene
 
 
 def owner() -> bpy.types.Object:
@@ -43,12 +39,12 @@ def owner() -> bpy.types.Object:
 
 
 def show(kind: str) -> None:
-    viewport().spaces[0].shading.type = kind
+    w.area("VIEW_3D").spaces[0].shading.type = kind
 
 
 def screen(name: str) -> bytes:
     path = Path(folder, name)
-    subprocess.run(["import", "-window", "root", path], check=True)
+    w.shot(path)
     return path.read_bytes()
 
 
@@ -72,7 +68,7 @@ def shot(name: str) -> Iterator[None]:
         earlier = now
     last_shot.append(now)
     screen(f"{name}.png")
-    seen = viewport().spaces[0].region_3d
+    seen = w.area("VIEW_3D").spaces[0].region_3d
     report["shots"][name] = {
         "view": [list(row) for row in seen.view_matrix],
         "window": [list(row) for row in seen.window_matrix],
@@ -85,7 +81,7 @@ def set_up() -> None:
     scene().render.engine = "BIH_PREVIEW"
     scene().render.dither_intensity = 0.0  # dither would change the last bit on purpose
     scene().bih.viewport_samples = 3
-    space = viewport().spaces[0]
+    space = w.area("VIEW_3D").spaces[0]
     space.overlay.show_overlays = False
     space.show_gizmo = False
 
@@ -95,8 +91,7 @@ def move() -> None:
 
 
 def undo() -> None:
-    window = bpy.context.window_manager.windows[0]
-    with bpy.context.temp_override(window=window, area=viewport(), region=region()):
+    with w.within(w.area("VIEW_3D")):
         bpy.ops.ed.undo_push(message="Before")
         move()
         bpy.ops.ed.undo_push(message="Moved")
@@ -147,7 +142,7 @@ def steps() -> Iterator[None]:
     yield from shot("solid")
     show("RENDERED")
     yield from shot("rendered")
-    seen = viewport().spaces[0].region_3d
+    seen = w.area("VIEW_3D").spaces[0].region_3d
     seen.view_rotation = Quaternion((0.0, 0.0, 1.0), 0.6) @ seen.view_rotation
     yield from shot("orbited")
     owner().location.z += 0.3 * max(owner().dimensions)
@@ -174,16 +169,4 @@ def steps() -> Iterator[None]:
     Path(folder, "report.json").write_text(json.dumps(report))
 
 
-def next_step() -> float | None:
-    more = False
-    try:
-        more = next(script, "the end") is None
-    finally:  # an error ends the timer, and Blender would stay open
-        if not more:
-            bpy.ops.wm.quit_blender()
-    return PAUSE if more else None
-
-
-script = steps()
-bpy.context.preferences.view.show_splash = False
-bpy.app.timers.register(next_step, first_interval=1.0, persistent=True)
+w.run(steps(), pause=0.05, persistent=True)

@@ -9,8 +9,9 @@ from pathlib import Path
 import bpy
 
 
-def run(steps: Iterator[None], *, pause: float = 0.1) -> None:
-    """Each step in a call of a timer; after the last one, or an error, Blender quits."""
+def run(steps: Iterator[None], *, pause: float = 0.1, persistent: bool = False) -> None:
+    """Each step in a call of a timer; after the last one, or an error, Blender quits. `persistent`: also when another
+    file is opened meanwhile."""
 
     def next_step() -> float | None:
         more = False
@@ -22,8 +23,7 @@ def run(steps: Iterator[None], *, pause: float = 0.1) -> None:
         return pause if more else None
 
     bpy.context.preferences.view.show_splash = False
-    bpy.context.preferences.system.viewport_aa = "FXAA"  # one look at the scene for a redraw, not eight
-    bpy.app.timers.register(next_step, first_interval=1.0)
+    bpy.app.timers.register(next_step, first_interval=1.0, persistent=persistent)
 
 
 def window() -> bpy.types.Window:

@@ -7,6 +7,7 @@ use super::scene::Instance;
 use super::shape::Shape;
 use crate::geometry::{Corners, Ray};
 use crate::render::Seen;
+use crate::simd::Lanes;
 use crate::traverse::Visitor;
 
 /// All hits, nearest first, at most so many.
@@ -49,7 +50,7 @@ impl<S: Shape> All<S> {
 
 impl<S: Shape> Visitor for All<S> {
     #[inline(always)]
-    fn visit(&mut self, row: u32, corners: &Corners) -> bool {
+    fn visit<L: Lanes>(&mut self, row: u32, corners: &Corners) -> bool {
         let shape = S::of(&self.place.place, corners);
         if let Some(distance) = shape.distance_within(&self.ray, &self.place.test) {
             self.met.push(Met { instance: self.place.row, row, shape, distance });
@@ -103,7 +104,7 @@ impl<S: Shape> Crossings<S> {
 
 impl<S: Shape> Visitor for Crossings<S> {
     #[inline(always)]
-    fn visit(&mut self, row: u32, corners: &Corners) -> bool {
+    fn visit<L: Lanes>(&mut self, row: u32, corners: &Corners) -> bool {
         if S::of(&self.place.place, corners).is_crossed_within(&self.ray, &self.place.test) {
             self.rows.push(row);
         }

@@ -9,6 +9,7 @@ use super::shape::Shape;
 use crate::geometry::{Bounds, Corners, Ray};
 use crate::intersect::{Distance, RayTest};
 use crate::render::Seen;
+use crate::simd::Lanes;
 use crate::traverse::Visitor;
 
 /// A question about one ray. Between two calls of `enter` the triangles are those of one instance.
@@ -75,7 +76,7 @@ pub(super) struct Nearest<S> {
 
 impl<S: Shape> Visitor for Nearest<S> {
     #[inline(always)]
-    fn visit(&mut self, row: u32, corners: &Corners) -> bool {
+    fn visit<L: Lanes>(&mut self, row: u32, corners: &Corners) -> bool {
         let Place { row: instance, place, test } = &self.place;
         let shape = S::of(place, corners);
         if let Some(distance) = shape.distance_within(&self.ray, test) {
@@ -121,7 +122,7 @@ pub(super) struct Any<S> {
 
 impl<S: Shape> Visitor for Any<S> {
     #[inline(always)]
-    fn visit(&mut self, _: u32, corners: &Corners) -> bool {
+    fn visit<L: Lanes>(&mut self, _: u32, corners: &Corners) -> bool {
         let Place { place, test, .. } = &self.place;
         self.found = S::of(place, corners).distance_within(&self.ray, test).is_some();
         self.found

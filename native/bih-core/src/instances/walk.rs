@@ -1,12 +1,10 @@
 //! One ray from instance to instance, and through the tree of each that it comes near to.
 
-use std::marker::PhantomData;
-
 use super::queries::Query;
 use super::scene::{Model, Scene, Way};
-use crate::geometry::{Corners, Ray, Triangles, Vertices};
+use crate::geometry::{Corners, Ray};
 use crate::simd::Lanes;
-use crate::traverse::{Aim, Counter, Stack, Visitor, every_near};
+use crate::traverse::{Aim, Counter, Stack, Visitor, every_box, every_near};
 
 /// Ask the instances that a valid ray comes near to, of which those behind the query's limit do not matter.
 #[inline(always)]
@@ -20,28 +18,24 @@ pub(super) fn search<L: Lanes, Q: Query, C: Counter>(
 ) {
     // The walk through an instance begins while that among them goes on.
     let mut inner = stack.take_inner();
-    let mut visitor =
-        Instances::<L, Q, C> { scene, models, ray, query, stack: &mut inner, counter: lower, lanes: PhantomData };
-    // Where the boxes are is known to the tree.
-    let boxes = Triangles::unchecked(Vertices::F32(&[]), None);
-    every_near::<L, _, C>(&scene.upper, &boxes, &Aim::exact(ray), stack, &mut visitor, upper);
+    let mut visitor = Instances { scene, models, ray, query, stack: &mut inner, counter: lower };
+    every_box::<L, _, C>(&scene.upper, ray, stack, &mut visitor, upper);
     stack.give_inner(inner);
 }
 
 /// Visits instances instead of triangles.
-struct Instances<'a, L, Q, C> {
+struct Instances<'a, Q, C> {
     scene: &'a Scene,
     models: &'a [Model<'a>],
     ray: &'a Ray,
     query: &'a mut Q,
     stack: &'a mut Stack,
     counter: &'a mut C,
-    lanes: PhantomData<L>,
 }
 
-impl<L: Lanes, Q: Query, C: Counter> Visitor for Instances<'_, L, Q, C> {
+impl<Q: Query, C: Counter> Visitor for Instances<'_, Q, C> {
     #[inline(always)]
-    fn visit(&mut self, row: u32, _: &Corners) -> bool {
+    fn visit<L: Lanes>(&mut self, row: u32, _: &Corners) -> bool {
         let instance = &self.scene.instances[row as usize];
         let Model { tree, triangles } = &self.models[instance.model as usize];
         // What is behind the nearest hit does not matter.

@@ -184,7 +184,7 @@ fn sort(met: &mut [Met], test: &RayTest, triangles: &Triangles) {
 
 impl Visitor for Exact<'_, '_> {
     #[inline(always)]
-    fn visit(&mut self, row: u32, corners: &Corners) -> bool {
+    fn visit<L: Lanes>(&mut self, row: u32, corners: &Corners) -> bool {
         if let Some(distance) = distance_within(self.ray, &self.test, corners)
             && self.kept.add(Met { row, distance })
         {

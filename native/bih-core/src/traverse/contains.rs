@@ -69,7 +69,7 @@ struct Above {
 
 impl Visitor for Above {
     #[inline(always)]
-    fn visit(&mut self, row: u32, corners: &Corners) -> bool {
+    fn visit<L: Lanes>(&mut self, row: u32, corners: &Corners) -> bool {
         match self.test.sight(corners) {
             Sight::Apart => {}
             Sight::Above => self.tally.add(row),

@@ -71,7 +71,7 @@ struct Crossings<'a> {
 
 impl Visitor for Crossings<'_> {
     #[inline(always)]
-    fn visit(&mut self, row: u32, corners: &Corners) -> bool {
+    fn visit<L: Lanes>(&mut self, row: u32, corners: &Corners) -> bool {
         if crosses(self.ray, &self.test, corners) {
             self.tally.add(row);
         }

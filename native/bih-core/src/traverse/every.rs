@@ -10,14 +10,14 @@ use super::search::Walker;
 use super::slab::Slab;
 use super::watertight::{candidates, filter, single};
 use super::{Counter, Stack, Uncounted, wide};
-use crate::geometry::{Corners, Ray, Triangles};
+use crate::geometry::{Corners, Ray, Triangles, Vertices};
 use crate::simd::Lanes;
 use crate::tree::Tree;
 
 /// What is done with the triangles that a ray may hit.
 pub(crate) trait Visitor {
     /// One of them; a kd-tree may offer it several times. Whether the answer is known now.
-    fn visit(&mut self, row: u32, corners: &Corners) -> bool;
+    fn visit<L: Lanes>(&mut self, row: u32, corners: &Corners) -> bool;
 
     /// Past this nothing matters.
     fn limit(&self) -> f64;
@@ -50,6 +50,22 @@ pub(crate) fn every_near<L: Lanes, V: Visitor, C: Counter>(
     along::<L, V, C>(tree, triangles, aim, None, stack, visitor, counter)
 }
 
+/// The same through a tree of records over boxes: triangles that nobody has, whose rows are those of the boxes.
+#[inline(always)]
+pub(crate) fn every_box<L: Lanes, V: Visitor, C: Counter>(
+    tree: &Tree,
+    ray: &Ray,
+    stack: &mut Stack,
+    visitor: &mut V,
+    counter: &mut C,
+) {
+    // Where the boxes are is known to the tree.
+    let boxes = Triangles::unchecked(Vertices::F32(&[]), None);
+    if let Some(wide) = &tree.wide {
+        in_records::<L, V, C>(&Scene::new(wide, tree, &boxes), &Aim::exact(ray), None, stack, visitor, counter);
+    }
+}
+
 #[inline(always)]
 fn along<L: Lanes, V: Visitor, C: Counter>(
     tree: &Tree,
@@ -60,18 +76,30 @@ fn along<L: Lanes, V: Visitor, C: Counter>(
     visitor: &mut V,
     counter: &mut C,
 ) -> bool {
-    let Some(wide) = &tree.wide else {
-        let mut is_known = false;
-        walk(tree, triangles, aim, stack, counter, |rows| {
-            is_known = rows.iter().any(|&row| visitor.visit(row, &triangles.corners(row)));
-            if is_known { ControlFlow::Break(()) } else { ControlFlow::Continue(visitor.limit()) }
-        });
-        return is_known;
-    };
-    let scene = Scene::new(wide, tree, triangles);
+    if let Some(wide) = &tree.wide {
+        let scene = Scene::new(wide, tree, triangles);
+        return in_records::<L, V, C>(&scene, aim, filter, stack, visitor, counter);
+    }
+    let mut is_known = false;
+    walk(tree, triangles, aim, stack, counter, |rows| {
+        is_known = rows.iter().any(|&row| visitor.visit::<L>(row, &triangles.corners(row)));
+        if is_known { ControlFlow::Break(()) } else { ControlFlow::Continue(visitor.limit()) }
+    });
+    is_known
+}
+
+#[inline(always)]
+fn in_records<L: Lanes, V: Visitor, C: Counter>(
+    scene: &Scene,
+    aim: &Aim,
+    filter: Option<Filter>,
+    stack: &mut Stack,
+    visitor: &mut V,
+    counter: &mut C,
+) -> bool {
     let limit = single(visitor.limit());
     let mut guide = Guide { aim: *aim, filter, limit, is_known: false, visitor };
-    wide::visit::<L, _, _>(&scene, &aim.ray, &mut guide, &mut stack.wide, counter);
+    wide::visit::<L, _, _>(scene, &aim.ray, &mut guide, &mut stack.wide, counter);
     guide.is_known
 }
 
@@ -110,7 +138,7 @@ impl<V: Visitor> Walker for Guide<'_, V> {
             // For precision `fast` the tree holds corners in single precision, whatever the mesh's.
             let is_single = !scene.triangles.is_double();
             let corners = if is_single { scene.corners(leaf, lane) } else { scene.triangles.corners(row) };
-            if self.visitor.visit(row, &corners) {
+            if self.visitor.visit::<L>(row, &corners) {
                 self.is_known = true;
                 return true;
             }
