@@ -1,9 +1,12 @@
 //! Small trees of every size, so that whole vectors are read at the end of every array: for AddressSanitizer and Miri,
 //! which see what is read (`make test-memory`). Rays in general position, because exact decisions take minutes in Miri.
 
-use bih_core::build::Layout;
+use std::sync::Barrier;
+
+use bih_core::build::{Build, Layout, Precision};
 use bih_core::simd::instruction_sets;
 use bih_core::traverse::{Hits, Limits, RayBatch, Stack, Tracer, Vectors, Way, naive_closest};
+use bih_core::tree::validate;
 use bih_core::{BuildOptions, Control, Ray, Triangles, Vertices, build};
 
 /// Triangles of about the same size in a row along a diagonal, and for each of them a ray through its inside.
@@ -60,6 +63,41 @@ fn nothing_is_read_behind_the_last_leaf() {
                 assert!(hits.triangle.iter().all(|&row| row >= 0));
                 assert!(batch.occluded(&tree, &triangles, &control).unwrap().iter().all(|&is_hit| is_hit));
             }
+        }
+    }
+}
+
+/// Pieces side by side in the arrays, built by some threads while others read their neighbours, from different ends.
+#[test]
+fn nothing_is_read_of_a_piece_in_the_making() {
+    const WAYS: [Way; 3] = [Way::Alone, Way::InFlight, Way::Packets];
+    let (soup, rays) = row_of(36);
+    let triangles = Triangles::new(Vertices::F32(&soup), None).unwrap();
+    let rays: Vec<_> = rays.into_iter().step_by(if cfg!(miri) { 4 } else { 1 }).collect();
+    for layout in [Layout::Classic, Layout::Wide, Layout::Compact] {
+        for precision in [Precision::Fast, Precision::Watertight] {
+            let options =
+                BuildOptions { layout, precision, build: Build::OnDemand, piece: Some(9), ..Default::default() };
+            let tree = build(&triangles, &options, &Control::default()).unwrap();
+            assert!(tree.stats().unbuilt >= 4, "{:?}", tree.stats());
+            let start = Barrier::new(WAYS.len());
+            std::thread::scope(|scope| {
+                for (thread, way) in WAYS.into_iter().enumerate() {
+                    let (tree, triangles, start, mut rays) = (&tree, &triangles, &start, rays.clone());
+                    scope.spawn(move || {
+                        let third = rays.len() / WAYS.len();
+                        rays.rotate_left(third * thread);
+                        let mut hits = vec![None; rays.len()];
+                        start.wait();
+                        Tracer::new(tree, triangles).closest(&rays, way, &mut Stack::default(), &mut hits);
+                        assert!(hits.iter().all(Option::is_some), "{layout:?} {way:?}");
+                    });
+                }
+            });
+            validate(&tree, &triangles).unwrap();
+            tree.build_all(&triangles, &Control::default()).unwrap();
+            assert_eq!(tree.stats().unbuilt, 0);
+            validate(&tree, &triangles).unwrap();
         }
     }
 }

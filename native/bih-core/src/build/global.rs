@@ -73,9 +73,7 @@ impl Split for Global<'_> {
     }
 
     fn kept(self, ranges: Vec<Range<Coding>>) -> Ranges {
-        let Grids { scene, others } = self.grids.expect("kept from the start");
-        let others = others.into_inner().unwrap_or_else(PoisonError::into_inner);
-        Ranges::Global { ranges, grid: Box::new(scene), others, row_bits: self.row_bits }
+        Ranges::of_keys(&ranges, self.grids.expect("kept from the start"), self.row_bits)
     }
 
     /// A bucket sort by the next halvings, in the cache.

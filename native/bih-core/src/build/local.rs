@@ -19,7 +19,7 @@ impl Split for Local {
     }
 
     fn kept(self, ranges: Vec<Range<()>>) -> Ranges {
-        Ranges::Local(ranges)
+        Ranges::local(&ranges)
     }
 
     fn in_rows(rows: &mut [f32]) -> &mut [Reference] {

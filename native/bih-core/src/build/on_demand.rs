@@ -26,8 +26,6 @@ use crate::tree::{Claim, CompactRecord, Found, Node, Record, Records, Roots, Sta
 pub struct OnDemand {
     ranges: Ranges,
     roots: Roots,
-    /// Depth at which each piece hangs, in what is traced.
-    levels: Vec<u16>,
     leaf_size: usize,
     /// Places between two pieces.
     gap: usize,
@@ -51,7 +49,7 @@ impl OnDemand {
     /// Bytes that the pieces take beside what is built of them, never exceeded.
     pub fn bound_bytes(options: &BuildOptions, triangles: &Triangles, pieces: usize) -> usize {
         let gap = if options.has_rows(triangles) { GAP * (size_of::<u32>() + 9 * size_of::<f32>()) } else { 0 };
-        let each = size_of::<u32>() + size_of::<u16>() + gap + Node::BYTES;
+        let each = size_of::<u32>() + gap + Node::BYTES;
         Ranges::bound_bytes(pieces) + pieces * each
     }
 
@@ -60,16 +58,14 @@ impl OnDemand {
     pub fn working_bytes(&self) -> usize {
         let each = size_of::<u32>() + size_of::<Reference>() + Record::BYTES;
         let unbuilt = self.pieces() - self.built.load(Ordering::Relaxed);
-        let largest = || (0..self.pieces()).map(|piece| self.ranges.place(piece).0.len()).max().unwrap_or(0);
+        let largest = || self.ranges.places.iter().map(|place| place.count as usize).max().unwrap_or(0);
         unbuilt.min(rayon::current_num_threads()) * if unbuilt == 0 { 0 } else { each * largest() }
     }
 
     /// Over pieces with so many places between two of them.
     pub fn new(ranges: Ranges, leaf_size: usize, gap: usize) -> Self {
-        let pieces = ranges.len();
         Self {
-            roots: Roots::new(pieces),
-            levels: (0..pieces).map(|piece| ranges.place(piece).1 as u16).collect(),
+            roots: Roots::new(ranges.places.len()),
             ranges,
             leaf_size,
             gap,
@@ -89,7 +85,7 @@ impl OnDemand {
     pub fn start_nodes(&mut self, nodes: usize) {
         self.top = nodes;
         self.used = AtomicUsize::new(nodes);
-        self.depth = AtomicUsize::new(self.levels.iter().copied().max().unwrap_or(0).into());
+        self.depth = AtomicUsize::new(self.ranges.places.iter().map(|place| place.level).max().unwrap_or(0).into());
     }
 
     /// The records of the top are laid down.
@@ -101,7 +97,7 @@ impl OnDemand {
                 match record.child(lane).target() {
                     Target::Record(0) | Target::Leaf { .. } => {}
                     Target::Record(child) => levels[child] = levels[index] + 1,
-                    Target::Piece(piece) => self.levels[piece] = levels[index],
+                    Target::Piece(piece) => self.ranges.places[piece].level = levels[index],
                 }
             }
         }
@@ -159,13 +155,19 @@ impl OnDemand {
     /// Look at a piece and at its root, if it is built, while nobody writes it.
     pub fn look<R>(&self, piece: usize, look: impl FnOnce(ops::Range<usize>, Option<u32>) -> R) -> R {
         loop {
-            let place = self.ranges.place(piece).0;
+            let place = self.ranges.places[piece].references();
             match self.roots.find(piece) {
                 Found::Built(root) => return look(place, Some(root)),
                 Found::Busy => std::thread::yield_now(),
                 Found::Claimed(_claim) => return look(place, None),
             }
         }
+    }
+
+    /// Whether a piece has no root yet.
+    #[inline(always)]
+    pub fn is_unbuilt(&self, piece: usize) -> bool {
+        self.roots.built(piece).is_none()
     }
 
     /// How many pieces there are.
@@ -176,7 +178,7 @@ impl OnDemand {
     /// The ranges of unbuilt pieces, in a tree without places between them: their first references and their numbers.
     pub fn unbuilt(&self) -> Vec<(usize, usize)> {
         let place = |piece: usize| {
-            let place = self.ranges.place(piece).0;
+            let place = self.ranges.places[piece].references();
             (place.start - self.gap * piece, place.len())
         };
         (0..self.pieces()).filter(|&piece| self.roots.built(piece).is_none()).map(place).collect()
@@ -213,7 +215,7 @@ impl OnDemand {
                 (Node::BYTES, 0)
             }
         };
-        let kept = self.ranges.bytes() + self.pieces() * (size_of::<u32>() + size_of::<u16>());
+        let kept = self.ranges.bytes() + self.pieces() * size_of::<u32>();
         stats.tree_bytes = each * used + numbers * size_of::<f32>() + tree.order.len() * size_of::<u32>() + kept;
         stats.peak_build_bytes = stats.peak_build_bytes.max(stats.tree_bytes);
         stats.build_seconds += self.nanoseconds.load(Ordering::Relaxed) as f64 * 1e-9;
@@ -224,9 +226,9 @@ impl OnDemand {
     fn build(&self, tree: &Tree, piece: usize, triangles: &Triangles, mut claim: Claim) -> u32 {
         let start = Instant::now();
         let _standard = FloatEnvironment::standard();
-        let (place, _) = self.ranges.place(piece);
+        let place = self.ranges.places[piece].references();
         let mut order = tree.order.slice(place.clone()).to_vec();
-        let level = usize::from(self.levels[piece]);
+        let level = usize::from(self.ranges.places[piece].level);
         let (root, depth, leaves) = match &tree.wide {
             None => {
                 let built = self.finish(ClassicNodes, piece, triangles, Places { order: &mut order, rows: &mut [] });

@@ -1,9 +1,10 @@
 //! The pieces that a division leaves to the rays, and how one is split when its items are gone.
 
 use std::ops;
+use std::sync::PoisonError;
 
 use super::frame::{Emission, Frame, Range, Split};
-use super::global::{Coding, Global};
+use super::global::{Coding, Global, Grids};
 use super::grid::Grid;
 use super::keys::keys_of_rows;
 use super::leaves::Places;
@@ -14,9 +15,40 @@ use crate::control::Control;
 use crate::geometry::Triangles;
 use crate::tree::WIDTH;
 
-/// Places between the references of two pieces: whole vectors that begin in the rows of a leaf end before those of the
-/// next piece, which may be in the making.
-pub const GAP: usize = WIDTH - 1;
+/// Places between the references of two pieces: a leaf of n triangles is read as nine vectors from its numbers 0, n, … 8n,
+/// which end before number 9 (n + 1), where those of the next piece start, which may be in the making.
+pub const GAP: usize = 1;
+const _: () = assert!(9 * GAP >= WIDTH);
+
+/// A piece that is left to the rays.
+#[derive(Debug, Clone, Copy)]
+pub struct Place {
+    pub first: u32,
+    pub count: u32,
+    /// Which of the grids its keys were made on: 0 the scene's, then the others.
+    grid: u32,
+    /// How deep it hangs, in the binary tree.
+    depth: u16,
+    /// The same in what is traced.
+    pub level: u16,
+}
+
+impl Place {
+    pub fn new<T>(range: &Range<T>, grid: u32) -> Self {
+        let (first, count, depth) = (range.first as u32, range.count as u32, range.depth as u16);
+        Self { first, count, grid, depth, level: depth }
+    }
+
+    /// Where its references are.
+    pub fn references(&self) -> ops::Range<usize> {
+        let first = self.first as usize;
+        first..first + self.count as usize
+    }
+
+    fn range<T>(&self, state: T) -> Range<T> {
+        Range { first: self.first as usize, count: self.count as usize, depth: self.depth.into(), state }
+    }
+}
 
 /// What a division leaves to the rays: its pieces, and the rows of all of them, piece after piece.
 pub struct Pieces {
@@ -26,48 +58,50 @@ pub struct Pieces {
 
 /// The pieces of a division, and what is needed to split them as if the items were still there.
 #[derive(Debug)]
-pub enum Ranges {
-    /// Of keys. The grid is the scene's; of others the boxes are kept.
-    Global { ranges: Vec<Range<Coding>>, grid: Box<Grid>, others: Vec<[[f64; 3]; 2]>, row_bits: u32 },
-    /// Of references.
-    Local(Vec<Range<()>>),
-    /// Of references.
-    Sah(Vec<Range<()>>),
+pub struct Ranges {
+    pub places: Box<[Place]>,
+    items: Items,
+}
+
+/// What pieces are made of.
+#[derive(Debug)]
+enum Items {
+    /// The grid is the scene's; of others the boxes are kept.
+    Keys { grid: Box<Grid>, others: Vec<[[f64; 3]; 2]>, row_bits: u32 },
+    /// For the local heuristic.
+    Local,
+    /// For the surface area heuristic.
+    Sah,
 }
 
 impl Ranges {
-    /// How many there are.
-    pub fn len(&self) -> usize {
-        match self {
-            Self::Global { ranges, .. } => ranges.len(),
-            Self::Local(ranges) | Self::Sah(ranges) => ranges.len(),
-        }
+    pub fn of_keys(ranges: &[Range<Coding>], grids: Grids, row_bits: u32) -> Self {
+        let Grids { scene, others } = grids;
+        let others = others.into_inner().unwrap_or_else(PoisonError::into_inner);
+        let places = ranges.iter().map(|range| Place::new(range, range.state.grid)).collect();
+        Self { places, items: Items::Keys { grid: Box::new(scene), others, row_bits } }
     }
 
-    /// Where the references of a piece are, and how deep it hangs.
-    pub fn place(&self, piece: usize) -> (ops::Range<usize>, u32) {
-        fn place<T>(range: &Range<T>) -> (ops::Range<usize>, u32) {
-            (range.first..range.first + range.count, range.depth)
-        }
-        match self {
-            Self::Global { ranges, .. } => place(&ranges[piece]),
-            Self::Local(ranges) | Self::Sah(ranges) => place(&ranges[piece]),
-        }
+    pub fn local(ranges: &[Range<()>]) -> Self {
+        Self { places: ranges.iter().map(|range| Place::new(range, 0)).collect(), items: Items::Local }
+    }
+
+    pub fn sah(ranges: &[Range<()>]) -> Self {
+        Self { items: Items::Sah, ..Self::local(ranges) }
     }
 
     /// Never exceeded by `bytes`.
     pub fn bound_bytes(pieces: usize) -> usize {
-        size_of::<Grid>() + pieces * (size_of::<Range<Coding>>() + size_of::<[[f64; 3]; 2]>())
+        size_of::<Grid>() + pieces * (size_of::<Place>() + size_of::<[[f64; 3]; 2]>())
     }
 
     /// Bytes that they take.
     pub fn bytes(&self) -> usize {
-        match self {
-            Self::Global { ranges, others, .. } => {
-                size_of::<Grid>() + size_of_val(&ranges[..]) + size_of_val(&others[..])
-            }
-            Self::Local(ranges) | Self::Sah(ranges) => size_of_val(&ranges[..]),
-        }
+        let grids = match &self.items {
+            Items::Keys { others, .. } => size_of::<Grid>() + size_of_val(&others[..]),
+            Items::Local | Items::Sah => 0,
+        };
+        size_of_val(&self.places[..]) + grids
     }
 
     /// Split a piece all the way down, over the items that it had in the division.
@@ -79,24 +113,27 @@ impl Ranges {
         leaf_size: usize,
         places: Places,
     ) -> E::Piece {
-        match self {
-            Self::Global { ranges, grid, others, row_bits } => {
-                let range = ranges[piece];
-                let recoded = (range.state.grid as usize).checked_sub(1).map(|other| {
+        let place = &self.places[piece];
+        match &self.items {
+            Items::Keys { grid, others, row_bits } => {
+                let recoded = (place.grid as usize).checked_sub(1).map(|other| {
                     let [lower, upper] = others[other];
                     Grid::new(lower, upper, *row_bits)
                 });
-                let items = keys_of_rows(triangles, recoded.as_ref().unwrap_or(grid), places.order);
+                let grid = recoded.as_ref().unwrap_or(grid);
+                let items = keys_of_rows(triangles, grid, places.order);
                 let split = Global { triangles, row_bits: *row_bits, grids: None };
+                // In no order by now, which only makes the first cuts slower.
+                let range = place.range(Coding::new(grid.axes, 0));
                 finish(split, emission, range, items, triangles, leaf_size, places)
             }
-            Self::Local(ranges) => {
+            Items::Local => {
                 let items = collect_rows(triangles, places.order);
-                finish(Local, emission, ranges[piece], items, triangles, leaf_size, places)
+                finish(Local, emission, place.range(()), items, triangles, leaf_size, places)
             }
-            Self::Sah(ranges) => {
+            Items::Sah => {
                 let items = collect_rows(triangles, places.order);
-                finish(Sah::QUICK, emission, ranges[piece], items, triangles, leaf_size, places)
+                finish(Sah::QUICK, emission, place.range(()), items, triangles, leaf_size, places)
             }
         }
     }

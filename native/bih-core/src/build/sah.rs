@@ -41,7 +41,7 @@ impl Split for Sah {
     }
 
     fn kept(self, ranges: Vec<Piece<()>>) -> Ranges {
-        Ranges::Sah(ranges)
+        Ranges::sah(&ranges)
     }
 
     fn in_rows(rows: &mut [f32]) -> &mut [Reference] {

@@ -3,9 +3,9 @@
 use super::slab;
 use crate::geometry::{Corners, Triangles};
 use crate::simd::{Lanes, prefetch_at};
-use crate::tree::{Child, Record, Target, Tree, WIDTH, Wide};
+use crate::tree::{Child, LeafRows, Record, Target, Tree, WIDTH, Wide};
 
-/// Numbers from the start of a leaf that whole vectors are read from.
+/// Numbers from the start of a leaf that whole vectors are read from, at most.
 pub(super) const ROWS: usize = 9 * WIDTH;
 
 /// A wide tree and its triangles.
@@ -67,31 +67,28 @@ impl<'a> Scene<'a> {
         stored.unwrap_or_else(|| self.triangles.corners(self.row(leaf.first + lane)))
     }
 
-    /// The rows of a leaf, and what follows them; `space` is where they may be gathered.
+    /// The rows of a leaf, each a whole vector; `space` is where they may be gathered.
     #[inline(always)]
     pub(super) fn rows<'s>(&'s self, leaf: Leaf, space: &'s mut [f32; ROWS]) -> &'s [f32] {
         if self.wide.rows.is_empty() {
             *space = self.gathered(leaf);
             return space;
         }
-        let rows = &self.wide.rows;
-        rows.slice(9 * leaf.first..rows.len().min(9 * leaf.first + ROWS))
+        // As far as the last of them is read as a whole vector: what follows may be in the making.
+        self.wide.rows.slice(9 * leaf.first..9 * leaf.first + WIDTH * (leaf.count + 1))
     }
 
     /// The first, second and third vertices of the triangles of a leaf; lanes without one hold anything.
     #[inline(always)]
     pub(super) fn vertices<L: Lanes>(&self, leaf: Leaf) -> [[L; 3]; 3] {
-        let start = 9 * leaf.first;
         let gathered;
-        let is_there = start + ROWS <= self.wide.rows.len();
-        let rows = match is_there.then(|| self.wide.rows.slice(start..start + ROWS)).and_then(<[f32]>::first_chunk) {
-            Some(rows) => rows,
-            None => {
-                gathered = self.gathered(leaf);
-                &gathered
-            }
+        let rows = if self.wide.rows.is_empty() {
+            gathered = self.gathered(leaf);
+            LeafRows::new(&gathered, leaf.count)
+        } else {
+            self.wide.rows.leaf(leaf.first, leaf.count)
         };
-        vertices(rows, leaf.count)
+        vertices(rows)
     }
 
     /// The rows of a leaf whose vertices the tree does not hold; those of double precision are rounded.
@@ -142,6 +139,12 @@ impl<'a> Scene<'a> {
         self.tree.enter(Child::index(word), self.triangles)
     }
 
+    /// Whether a piece has no root yet.
+    #[inline(always)]
+    pub(super) fn is_unbuilt(&self, piece: usize) -> bool {
+        self.tree.on_demand.as_ref().is_some_and(|on_demand| on_demand.is_unbuilt(piece))
+    }
+
     /// Depth of the deepest leaf that there is, in records.
     #[inline(always)]
     pub(super) fn depth(&self) -> usize {
@@ -150,20 +153,13 @@ impl<'a> Scene<'a> {
 }
 
 #[inline(always)]
-fn vertices<L: Lanes>(rows: &[f32; ROWS], count: usize) -> [[L; 3]; 3] {
+fn vertices<L: Lanes>(rows: LeafRows) -> [[L; 3]; 3] {
     // No closure: it would hold lanes.
     [
-        [row(rows, 0, count), row(rows, 1, count), row(rows, 2, count)],
-        [row(rows, 3, count), row(rows, 4, count), row(rows, 5, count)],
-        [row(rows, 6, count), row(rows, 7, count), row(rows, 8, count)],
+        [L::load(rows.get(0)), L::load(rows.get(1)), L::load(rows.get(2))],
+        [L::load(rows.get(3)), L::load(rows.get(4)), L::load(rows.get(5))],
+        [L::load(rows.get(6)), L::load(rows.get(7)), L::load(rows.get(8))],
     ]
-}
-
-#[inline(always)]
-fn row<L: Lanes>(rows: &[f32; ROWS], row: usize, count: usize) -> L {
-    // Never past the end: `count` is at most `WIDTH`.
-    let start = (row * count).min(ROWS - WIDTH);
-    L::load(rows[start..].first_chunk().unwrap_or(&[0.0; WIDTH]))
 }
 
 /// The places of the bits that are set.

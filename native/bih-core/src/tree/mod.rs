@@ -15,6 +15,7 @@ pub use binary::BinaryTree;
 pub use compact::CompactRecord;
 pub(crate) use hand_over::{Claim, Found, Roots};
 pub use node::{Kind, Node};
+pub(crate) use shared::LeafRows;
 pub use shared::Shared;
 pub use stats::Stats;
 pub use table::{NodeRow, node_table};

@@ -10,6 +10,7 @@ use std::sync::Arc;
 use bytemuck::Pod;
 
 use super::hand_over::Claim;
+use super::wide::WIDTH;
 use crate::saved::Bytes;
 
 /// An array whose parts are handed over: at any moment a part is either written by the one who holds the claim on the
@@ -152,6 +153,42 @@ impl<T: Pod> Shared<T> {
     pub fn all(&self) -> Option<&[T]> {
         matches!(self.storage, Storage::Items { are_last: true } | Storage::Saved { .. })
             .then(|| self.slice(0..self.len))
+    }
+}
+
+impl Shared<f32> {
+    /// The rows of a leaf of a part that is built; its first reference, and how many there are.
+    #[inline(always)]
+    pub(crate) fn leaf(&self, first: usize, count: usize) -> LeafRows<'_> {
+        assert!(count <= WIDTH && 9 * first + WIDTH * (count + 1) <= self.len);
+        // SAFETY: it is within the array.
+        LeafRows { start: unsafe { self.start.add(9 * first) }, count, rows: PhantomData }
+    }
+}
+
+/// Nine rows of a number for each of up to `WIDTH` triangles, each read as a whole vector: `WIDTH` numbers from its start.
+#[derive(Clone, Copy)]
+pub(crate) struct LeafRows<'a> {
+    /// `WIDTH * (count + 1)` numbers that nobody writes, as long as they are borrowed.
+    start: NonNull<f32>,
+    count: usize,
+    rows: PhantomData<&'a f32>,
+}
+
+impl<'a> LeafRows<'a> {
+    /// Of rows that are elsewhere.
+    #[inline(always)]
+    pub(crate) fn new(rows: &'a [f32; 9 * WIDTH], count: usize) -> Self {
+        assert!(count <= WIDTH);
+        Self { start: NonNull::from(rows).cast(), count, rows: PhantomData }
+    }
+
+    /// A row, and what follows it.
+    #[inline(always)]
+    pub(crate) fn get(self, row: usize) -> &'a [f32; WIDTH] {
+        assert!(row < 9);
+        // SAFETY: the last row starts after eight of them and is read as a vector: what the start is of has room for it.
+        unsafe { self.start.add(row * self.count).cast().as_ref() }
     }
 }
 

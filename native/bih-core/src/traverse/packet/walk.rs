@@ -99,6 +99,13 @@ pub(super) fn walk<L: Lanes, Q: Query<L>>(
             let (parent, lane) = (entry.place as usize / WIDTH, entry.place as usize % WIDTH);
             let parent = scene.record::<L>(parent as u32, &mut parents);
             let target = match parent.child(lane).target() {
+                // The packet's limit is that of its farthest ray: build nothing that none of the rays comes to.
+                Target::Piece(number)
+                    if scene.is_unbuilt(number)
+                        && bundle.confirmed(&Sides::one(parent, bundle.octant, lane), entry.groups) == 0 =>
+                {
+                    continue;
+                }
                 Target::Piece(number) => match scene.enter(number as u32) {
                     Some(root) => Child::from_word(root).target(),
                     None => {
