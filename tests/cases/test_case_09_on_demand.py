@@ -107,6 +107,42 @@ def test_what_no_ray_came_to_is_unbuilt_and_shown_so(layout):
     assert sizes[0] == sizes[1] < sizes[2] < sizes[3] <= sizes[4]
 
 
+@pytest.mark.parametrize("options", OPTIONS[:6], ids=lambda options: "-".join(options.values()))
+def test_vertices_are_copied_where_a_ray_comes_again(options):
+    eager, tree = (bihtree.Tree(*MESH, build=build, **options) for build in ("eager", "on_demand"))
+    tree.build_all()
+    some, sizes = rays(20), []
+    for _ in range(4):
+        sizes.append(tree.stats.tree_bytes)
+        assert_same(tree.intersect(*some), eager.intersect(*some))
+        tree.validate()
+    assert sizes[0] <= sizes[1] < sizes[2] == sizes[3] < eager.stats.tree_bytes
+
+
+def test_where_there_is_no_room_for_copies_the_answers_stay():
+    """Leaves of one triangle take more room than there is; the bound is kept."""
+    options = {"layout": "wide", "leaf_size": 1}
+    eager, tree = bihtree.Tree(*MESH, **options), bihtree.Tree(*MESH, build="on_demand", **options)
+    corners = MESH.vertices[MESH.triangles].astype(float)
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    many = corners.mean(axis=1) + normals, -normals
+    for _ in range(3):
+        assert_same(tree.intersect(*many), eager.intersect(*many))
+    stats = tree.stats
+    tree.intersect(*many)
+    assert eager.stats.tree_bytes < stats.tree_bytes == tree.stats.tree_bytes <= stats.bound_bytes
+
+
+def test_the_first_picture_takes_less_than_half_the_memory():
+    """All of a fine mesh in view, from one side, and about a pixel for each triangle that is seen."""
+    mesh = meshes.icosphere(6)
+    eager, tree = bihtree.Tree(*mesh), bihtree.Tree(*mesh, build="on_demand")
+    picture = {"passes": ["combined"], "shadows": False}
+    first, expected = (bihtree.render(one, camera(one, 256, 192), **picture)["combined"] for one in (tree, eager))
+    assert tree.stats.tree_bytes < 0.5 * eager.stats.tree_bytes
+    assert first.tobytes() == expected.tobytes()
+
+
 def test_build_seconds_grow_with_what_is_built():
     tree = bihtree.Tree(*MESH, layout="wide", build="on_demand")
     before = tree.stats.build_seconds

@@ -10,7 +10,7 @@ use super::keys::{Keys, row_bits};
 use super::leaves::Places;
 use super::local::Local;
 use super::options::{Build, BuildOptions, Heuristic};
-use super::pieces::{GAP, Pieces};
+use super::pieces::Pieces;
 use super::presort;
 use super::reference::{self, Reference};
 use super::sah::Sah;
@@ -37,11 +37,6 @@ impl Construction<'_> {
     /// How many numbers the rows of the leaves take.
     pub fn numbers(&self) -> usize {
         self.options.numbers(self.accepted.triangles, self.accepted.len())
-    }
-
-    /// Places between two pieces.
-    pub fn gap(&self) -> usize {
-        if self.is_on_demand() && self.options.has_rows(self.accepted.triangles) { GAP } else { 0 }
     }
 
     /// Whether pieces are left to the rays.
@@ -126,7 +121,7 @@ impl Construction<'_> {
         let longest = self.options.largest_piece();
         let frame = Frame { split, emission, triangles, leaf_size, longest, control: self.control };
         let built = if self.is_on_demand() {
-            let (built, pieces) = frame.lay_out(items, state, self.gap())?;
+            let (built, pieces) = frame.lay_out(items, state)?;
             self.pieces = Some(pieces);
             built
         } else {

@@ -134,7 +134,7 @@ impl<S: Split, E: Emission> Frame<'_, S, E> {
         let mut treelet = Treelet::default();
         let mut ranges = Vec::new();
         flatten(top, &mut treelet, &mut ranges);
-        let work = share(ranges, &mut items, Places { order, rows }, 0);
+        let work = share(ranges, &mut items, Places { order, rows });
         let pieces = work
             .into_par_iter()
             .map_init(Default::default, |(treelet, scratch), piece| self.piece(piece, treelet, scratch))
@@ -160,15 +160,14 @@ impl<S: Split, E: Emission> Frame<'_, S, E> {
         self,
         mut items: Vec<S::Item>,
         state: S::State,
-        gap: usize,
     ) -> Result<(Constructed<E::Output>, Pieces), Cancelled> {
         let count = items.len();
         let top = self.divide(&mut items, Range { first: 0, count, depth: 0, state })?;
         let mut treelet = Treelet::default();
         let mut ranges = Vec::new();
         flatten(top, &mut treelet, &mut ranges);
-        let mut order = pages::zeroed(count + gap * ranges.len());
-        let work = share::<S>(ranges, &mut items, Places { order: &mut order, rows: &mut [] }, gap);
+        let mut order = pages::zeroed(count);
+        let work = share::<S>(ranges, &mut items, Places { order: &mut order, rows: &mut [] });
         let (ranges, boxes): (Vec<_>, Vec<_>) = work
             .into_par_iter()
             .map(|Work { range, items, places }| {
@@ -273,22 +272,19 @@ struct Work<'a, S: Split> {
     places: Places<'a>,
 }
 
-/// Give each range what belongs to it; `gap` places belong to none behind each.
+/// Give each range what belongs to it.
 fn share<'a, S: Split>(
     ranges: Vec<Range<S::State>>,
     mut items: &'a mut [S::Item],
     places: Places<'a>,
-    gap: usize,
 ) -> Vec<Work<'a, S>> {
     let Places { mut order, mut rows } = places;
     let mut work = Vec::with_capacity(ranges.len());
-    for (number, mut range) in ranges.into_iter().enumerate() {
-        range.first += gap * number;
+    for range in ranges {
         let (mine, places);
         (mine, items) = items.split_at_mut(range.count.min(items.len()));
         (places, order, rows) = {
             let (order, other_order) = order.split_at_mut(range.count);
-            let other_order = &mut other_order[gap..];
             let (rows, other_rows) = rows.split_at_mut((9 * range.count).min(rows.len()));
             (Places { order, rows }, other_order, other_rows)
         };

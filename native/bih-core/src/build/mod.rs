@@ -43,7 +43,7 @@ use crate::geometry::Triangles;
 use crate::memory;
 use crate::pages;
 use crate::simd::FloatEnvironment;
-use crate::tree::{Node, Records, Shared, Stats, Tree, Wide};
+use crate::tree::{Copies, Node, Records, Shared, Stats, Tree, Wide};
 
 /// Build the tree; on demand the upper part of it.
 pub fn build(triangles: &Triangles, options: &BuildOptions, control: &Control) -> Result<Tree, Error> {
@@ -148,7 +148,7 @@ fn finished(construction: &mut Construction, stats: &mut Stats) -> Result<Parts,
             } else {
                 Records::Full(Shared::whole(built.records))
             };
-            let built = Wide { records, rows: Shared::whole(rows), depth: built.depth };
+            let built = Wide { records, rows: Shared::whole(rows), copies: None, depth: built.depth };
             stats.tree_bytes = built.bytes();
             wide = Some(built);
         }
@@ -160,7 +160,6 @@ fn finished(construction: &mut Construction, stats: &mut Stats) -> Result<Parts,
 /// The upper nodes, and room for the pieces that rays will come to.
 fn unfinished(construction: &mut Construction, stats: &mut Stats) -> Result<Parts, Error> {
     let Construction { accepted, extent, options, .. } = *construction;
-    let gap = construction.gap();
     let places = Places { order: &mut [], rows: &mut [] };
     let (mut nodes, mut records) = (Vec::new(), Vec::new());
     match options.layout {
@@ -168,7 +167,7 @@ fn unfinished(construction: &mut Construction, stats: &mut Stats) -> Result<Part
         Layout::Wide | Layout::Compact => records = construction.run(WideRecords, places)?.records,
     }
     let Pieces { ranges, mut order } = construction.pieces.take().expect("a construction on demand leaves pieces");
-    let mut on_demand = OnDemand::new(ranges, options.largest_leaf(), gap);
+    let mut on_demand = OnDemand::new(ranges, options.largest_leaf());
     let (mut room, mut wide) = (0, None);
     if options.layout == Layout::Classic {
         on_demand.start_nodes(nodes.len());
@@ -181,8 +180,8 @@ fn unfinished(construction: &mut Construction, stats: &mut Stats) -> Result<Part
         } else {
             Records::Full(Shared::growing(&records, room))
         };
-        let numbers = if gap == 0 { 0 } else { 9 * order.len() };
-        wide = Some(Wide { records, rows: Shared::growing(&[], numbers), depth: on_demand.depth() });
+        let copies = options.has_rows(accepted.triangles).then(|| Copies::new(accepted.len()));
+        wide = Some(Wide { records, rows: Shared::whole(Vec::new()), copies, depth: on_demand.depth() });
     }
     order.reserve_exact(extent.rejected.len());
     order.extend_from_slice(&extent.rejected);

@@ -13,13 +13,15 @@ use super::classic::ClassicNodes;
 use super::frame::Emission;
 use super::leaves::Places;
 use super::options::BuildOptions;
-use super::pieces::{GAP, Ranges};
+use super::pieces::Ranges;
 use super::reference::Reference;
 use super::wide::WideRecords;
 use crate::control::{Cancelled, Control};
 use crate::geometry::Triangles;
 use crate::simd::FloatEnvironment;
-use crate::tree::{Claim, CompactRecord, Found, Node, Record, Records, Roots, Stats, Target, Tree, WIDTH, Wide};
+use crate::tree::{
+    Claim, CompactRecord, Copies, Found, Node, Record, Records, Roots, Stats, Target, Tree, WIDTH, Wide,
+};
 
 /// What of a tree is built when rays come to it, and what that has cost so far.
 #[derive(Debug)]
@@ -27,8 +29,6 @@ pub struct OnDemand {
     ranges: Ranges,
     roots: Roots,
     leaf_size: usize,
-    /// Places between two pieces.
-    gap: usize,
     /// Records or nodes that were there from the start.
     top: usize,
     /// Those that there are now.
@@ -48,9 +48,8 @@ pub struct OnDemand {
 impl OnDemand {
     /// Bytes that the pieces take beside what is built of them, never exceeded.
     pub fn bound_bytes(options: &BuildOptions, triangles: &Triangles, pieces: usize) -> usize {
-        let gap = if options.has_rows(triangles) { GAP * (size_of::<u32>() + 9 * size_of::<f32>()) } else { 0 };
-        let each = size_of::<u32>() + gap + Node::BYTES;
-        Ranges::bound_bytes(pieces) + pieces * each
+        let copies = if options.has_rows(triangles) { Copies::BOUND - 9 * size_of::<f32>() } else { 0 };
+        Ranges::bound_bytes(pieces) + pieces * (size_of::<u32>() + Node::BYTES) + triangles.len() * copies
     }
 
     /// Bytes that builders may hold at once, on all threads of the pool that the caller runs in: for each triangle its row,
@@ -62,13 +61,12 @@ impl OnDemand {
         unbuilt.min(rayon::current_num_threads()) * if unbuilt == 0 { 0 } else { each * largest() }
     }
 
-    /// Over pieces with so many places between two of them.
-    pub fn new(ranges: Ranges, leaf_size: usize, gap: usize) -> Self {
+    /// Over pieces that are all unbuilt.
+    pub fn new(ranges: Ranges, leaf_size: usize) -> Self {
         Self {
             roots: Roots::new(ranges.places.len()),
             ranges,
             leaf_size,
-            gap,
             top: 0,
             used: AtomicUsize::new(0),
             depth: AtomicUsize::new(0),
@@ -175,11 +173,11 @@ impl OnDemand {
         self.roots.len()
     }
 
-    /// The ranges of unbuilt pieces, in a tree without places between them: their first references and their numbers.
+    /// The ranges of unbuilt pieces: their first references and their numbers.
     pub fn unbuilt(&self) -> Vec<(usize, usize)> {
         let place = |piece: usize| {
             let place = self.ranges.places[piece].references();
-            (place.start - self.gap * piece, place.len())
+            (place.start, place.len())
         };
         (0..self.pieces()).filter(|&piece| self.roots.built(piece).is_none()).map(place).collect()
     }
@@ -204,10 +202,10 @@ impl OnDemand {
         stats.leaves = self.leaves.load(Ordering::Relaxed);
         stats.unbuilt = self.pieces() - built;
         stats.depth = self.depth();
-        let (each, numbers) = match &tree.wide {
-            Some(Wide { records, rows: shared, .. }) => {
+        let (each, copies) = match &tree.wide {
+            Some(Wide { records, copies, .. }) => {
                 stats.nodes = used + stats.leaves;
-                (records.stride(), if shared.is_empty() { 0 } else { 9 * (rows + GAP * built) })
+                (records.stride(), copies.as_ref().map_or(0, |copies| copies.bytes(rows)))
             }
             None => {
                 // The root of a piece stands beside the node that was flagged.
@@ -216,7 +214,7 @@ impl OnDemand {
             }
         };
         let kept = self.ranges.bytes() + self.pieces() * size_of::<u32>();
-        stats.tree_bytes = each * used + numbers * size_of::<f32>() + tree.order.len() * size_of::<u32>() + kept;
+        stats.tree_bytes = each * used + copies + tree.order.len() * size_of::<u32>() + kept;
         stats.peak_build_bytes = stats.peak_build_bytes.max(stats.tree_bytes);
         stats.build_seconds += self.nanoseconds.load(Ordering::Relaxed) as f64 * 1e-9;
         stats
@@ -239,10 +237,8 @@ impl OnDemand {
                 }
                 (first as u32, level + built.depth, built.leaves)
             }
-            Some(Wide { records, rows, .. }) => {
-                let rows = if rows.is_empty() { 0..0 } else { 9 * place.start..9 * place.end };
-                let rows = tree.wide.as_ref().map_or(&mut [][..], |wide| wide.rows.write(&mut claim, rows));
-                let built = self.finish(WideRecords, piece, triangles, Places { order: &mut order, rows });
+            Some(Wide { records, .. }) => {
+                let built = self.finish(WideRecords, piece, triangles, Places { order: &mut order, rows: &mut [] });
                 let root = match built.leaf {
                     Some(leaf) => leaf.word(),
                     None => self.write_records(records, &built.records, &mut claim),

@@ -13,12 +13,6 @@ use super::reference::collect_rows;
 use super::sah::Sah;
 use crate::control::Control;
 use crate::geometry::Triangles;
-use crate::tree::WIDTH;
-
-/// Places between the references of two pieces: a leaf of n triangles is read as nine vectors from its numbers 0, n, … 8n,
-/// which end before number 9 (n + 1), where those of the next piece start, which may be in the making.
-pub const GAP: usize = 1;
-const _: () = assert!(9 * GAP >= WIDTH);
 
 /// A piece that is left to the rays.
 #[derive(Debug, Clone, Copy)]

@@ -145,7 +145,7 @@ fn records(tree: &Tree, wide: &Wide, triangles: &Triangles, control: &Control) -
         Records::Full(_) => Records::Full(Shared::whole(records)),
         Records::Compact(_) => Records::Compact(Shared::whole(Records::compacted(&records))),
     };
-    Ok(Wide { records, rows: Shared::whole(rows), depth: wide.depth })
+    Ok(Wide { records, rows: Shared::whole(rows), copies: None, depth: wide.depth })
 }
 
 /// Those with a child.

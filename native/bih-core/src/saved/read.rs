@@ -284,7 +284,7 @@ impl Parts<'_> {
             Records::Compact(self.items::<CompactRecord>("nodes", nodes)?)
         };
         tree.stats.nodes = records.len().saturating_add(tree.stats.leaves);
-        tree.wide = Some(Wide { records, rows: numbers, depth: tree.stats.depth });
+        tree.wide = Some(Wide { records, rows: numbers, copies: None, depth: tree.stats.depth });
         Ok(tree)
     }
 

@@ -158,6 +158,11 @@ fn fly<L: Lanes, S: Search, R: Rays<S::Answer>>(scene: &Scene, rays: &mut R) {
             scene.prefetch(ray.word);
             queues.add(number, ray.word);
         }
+        if scene.wide.copies.is_some() {
+            for place in 0..queues.leaves.len {
+                scene.prefetch_copy(flying[queues.leaves.get(place) % RAYS].word);
+            }
+        }
         for place in 0..std::mem::take(&mut queues.leaves.len) {
             let number = queues.leaves.get(place);
             let ray = &mut flying[number % RAYS];

@@ -63,35 +63,38 @@ impl<'a> Scene<'a> {
     #[inline(always)]
     pub(super) fn corners(&self, leaf: Leaf, lane: usize) -> Corners {
         // In single precision the corners are at hand.
-        let stored = self.wide.corners(leaf.first, leaf.count, lane);
-        stored.unwrap_or_else(|| self.triangles.corners(self.row(leaf.first + lane)))
+        if let Some(rows) = self.rows(leaf) {
+            return rows.corners(lane);
+        }
+        let row = self.row(leaf.first + lane);
+        if self.wide.has_rows() {
+            self.triangles.single_corners(row).map(|corner| corner.map(f64::from))
+        } else {
+            self.triangles.corners(row)
+        }
     }
 
-    /// The rows of a leaf, each a whole vector; `space` is where they may be gathered.
+    /// The rows of a leaf, each a whole vector, if the tree holds them.
     #[inline(always)]
-    pub(super) fn rows<'s>(&'s self, leaf: Leaf, space: &'s mut [f32; ROWS]) -> &'s [f32] {
-        if self.wide.rows.is_empty() {
-            *space = self.gathered(leaf);
-            return space;
-        }
-        // As far as the last of them is read as a whole vector: what follows may be in the making.
-        self.wide.rows.slice(9 * leaf.first..9 * leaf.first + WIDTH * (leaf.count + 1))
+    pub(super) fn rows(&self, leaf: Leaf) -> Option<LeafRows<'_>> {
+        self.wide.leaf_rows(leaf.first, leaf.count)
     }
 
     /// The first, second and third vertices of the triangles of a leaf; lanes without one hold anything.
     #[inline(always)]
     pub(super) fn vertices<L: Lanes>(&self, leaf: Leaf) -> [[L; 3]; 3] {
         let gathered;
-        let rows = if self.wide.rows.is_empty() {
-            gathered = self.gathered(leaf);
-            LeafRows::new(&gathered, leaf.count)
-        } else {
-            self.wide.rows.leaf(leaf.first, leaf.count)
+        let rows = match self.rows(leaf) {
+            Some(rows) => rows,
+            None => {
+                gathered = self.gathered(leaf);
+                LeafRows::new(&gathered, leaf.count)
+            }
         };
         vertices(rows)
     }
 
-    /// The rows of a leaf whose vertices the tree does not hold; those of double precision are rounded.
+    /// The rows of a leaf whose vertices the tree does not hold, or not yet; those of double precision are rounded.
     #[inline(never)]
     pub(super) fn gathered(&self, leaf: Leaf) -> [f32; ROWS] {
         let mut rows = [0.0; ROWS];
@@ -100,6 +103,9 @@ impl<'a> Scene<'a> {
             for (row, &value) in corners.as_flattened().iter().enumerate() {
                 rows[row * leaf.count + lane] = value;
             }
+        }
+        if let Some(copies) = &self.wide.copies {
+            copies.visit(leaf.first, leaf.count, &rows);
         }
         rows
     }
@@ -113,9 +119,12 @@ impl<'a> Scene<'a> {
     /// Tell the processor what is read next; without a branch, which could not be predicted.
     #[inline(always)]
     pub(super) fn prefetch(&self, word: u32) {
-        let Wide { records, rows, .. } = self.wide;
+        let Wide { records, rows, copies, .. } = self.wide;
         let (start, stride) = if Child::is_leaf(word) {
-            // Which of both it is, is the same for all leaves.
+            // Which of these it is, is the same for all leaves.
+            if let Some(copies) = copies {
+                return copies.prefetch_visit(Child::index(word));
+            }
             if rows.is_empty() {
                 (self.tree.order.start().cast(), size_of::<u32>())
             } else {
@@ -125,6 +134,14 @@ impl<'a> Scene<'a> {
             (records.start(), records.stride())
         };
         prefetch_at::<4>(start.wrapping_add(stride * Child::index(word)));
+    }
+
+    /// The same of the leaf's copy, when it is known where it is.
+    #[inline(always)]
+    pub(super) fn prefetch_copy(&self, word: u32) {
+        if let Some(copies) = &self.wide.copies {
+            copies.prefetch(Child::index(word));
+        }
     }
 
     /// The same of the row of a reference.

@@ -57,7 +57,8 @@ impl Roots {
     }
 }
 
-/// The right to write a piece, of which nobody else reads anything meanwhile. Given back when it is dropped.
+/// The right to write a piece or the copy of a leaf, of which nobody else reads anything meanwhile. Given back when it is
+/// dropped.
 #[derive(Debug)]
 pub struct Claim<'a> {
     root: &'a AtomicU32,
@@ -65,8 +66,58 @@ pub struct Claim<'a> {
     word: u32,
 }
 
+/// One word a reference: how often rays have come to the leaf that starts there, or where the copy of it is.
+#[derive(Debug)]
+pub struct Visits(Box<[AtomicU32]>);
+
+/// Words of a leaf without a copy: no ray has come to it, or one has, or the second one copies it.
+const NEVER: u32 = 0;
+const ONCE: u32 = 1;
+const COPYING: u32 = 2;
+/// The copy at place 0.
+const COPIED: u32 = 3;
+
+impl Visits {
+    /// No ray has come to any.
+    pub fn new(references: usize) -> Self {
+        // Zeros of the system, which take no memory before a ray comes.
+        #[cfg(not(all(test, loom)))]
+        return Self(bytemuck::zeroed_slice_box(references));
+        #[cfg(all(test, loom))]
+        return Self((0..references).map(|_| AtomicU32::new(NEVER)).collect());
+    }
+
+    /// Where the copy of a leaf is, which then can be read.
+    #[inline(always)]
+    pub fn copied(&self, first: usize) -> Option<u32> {
+        self.0[first].load(Ordering::Acquire).checked_sub(COPIED)
+    }
+
+    /// A ray has come to a leaf without a copy; the second one is to copy it. Nobody waits for that.
+    pub fn visit(&self, first: usize) -> Option<Claim<'_>> {
+        let root = &self.0[first];
+        if root.compare_exchange(NEVER, ONCE, Ordering::Relaxed, Ordering::Relaxed).is_ok() {
+            return None;
+        }
+        root.compare_exchange(ONCE, COPYING, Ordering::Acquire, Ordering::Relaxed)
+            .ok()
+            .map(|_| Claim { root, word: ONCE })
+    }
+
+    /// The copy is written: let it be read.
+    pub fn publish(claim: Claim, place: u32) {
+        claim.publish(COPIED + place);
+    }
+
+    /// Where the words are, for who asks for memory ahead and reads nothing.
+    #[inline(always)]
+    pub fn start(&self) -> *const AtomicU32 {
+        self.0.as_ptr()
+    }
+}
+
 impl Claim<'_> {
-    /// The piece is written: let it be read.
+    /// It is written: let it be read.
     pub fn publish(mut self, word: u32) {
         debug_assert!(word != UNBUILT && word != BUSY);
         self.word = word;
@@ -198,6 +249,46 @@ mod tests {
             model.trace(0);
             thread.join().unwrap();
             assert!(model.builds.load(Ordering::Relaxed) == 1 && model.roots.built(0) == Some(7));
+        });
+    }
+
+    #[test]
+    fn the_second_visit_copies_a_leaf_once_and_all_read_it() {
+        loom::model(|| {
+            let model = Model::new();
+            let visits = Arc::new(Visits::new(1));
+            let visit = |model: &Model, visits: &Visits| match visits.copied(0) {
+                Some(place) => assert!(place == 7 && model.read(0) == 42),
+                None => {
+                    if let Some(claim) = visits.visit(0) {
+                        model.write(0);
+                        model.builds.fetch_add(1, Ordering::Relaxed);
+                        Visits::publish(claim, 7);
+                    }
+                }
+            };
+            let others = (model.clone(), visits.clone());
+            let thread = thread::spawn(move || {
+                visit(&others.0, &others.1);
+                visit(&others.0, &others.1);
+            });
+            visit(&model, &visits);
+            visit(&model, &visits);
+            thread.join().unwrap();
+            assert!(visits.copied(0) == Some(7) && model.builds.load(Ordering::Relaxed) == 1);
+        });
+    }
+
+    #[test]
+    fn who_cannot_copy_a_leaf_leaves_it_to_the_next() {
+        loom::model(|| {
+            let visits = Arc::new(Visits::new(1));
+            assert!(visits.visit(0).is_none());
+            let other = visits.clone();
+            let thread = thread::spawn(move || drop(other.visit(0)));
+            let mine = visits.visit(0).is_some();
+            thread.join().unwrap();
+            assert!(visits.copied(0).is_none() && (mine || visits.visit(0).is_some()));
         });
     }
 }

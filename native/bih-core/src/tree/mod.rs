@@ -2,6 +2,7 @@
 
 mod binary;
 mod compact;
+mod copies;
 mod hand_over;
 mod node;
 mod shared;
@@ -13,6 +14,7 @@ mod wide;
 
 pub use binary::BinaryTree;
 pub use compact::CompactRecord;
+pub use copies::Copies;
 pub(crate) use hand_over::{Claim, Found, Roots};
 pub use node::{Kind, Node};
 pub(crate) use shared::LeafRows;

@@ -11,6 +11,7 @@ use bytemuck::Pod;
 
 use super::hand_over::Claim;
 use super::wide::WIDTH;
+use crate::geometry::Corners;
 use crate::saved::Bytes;
 
 /// An array whose parts are handed over: at any moment a part is either written by the one who holds the claim on the
@@ -157,12 +158,12 @@ impl<T: Pod> Shared<T> {
 }
 
 impl Shared<f32> {
-    /// The rows of a leaf of a part that is built; its first reference, and how many there are.
+    /// The rows of a leaf of a part that is built: where they start, and how many triangles there are.
     #[inline(always)]
-    pub(crate) fn leaf(&self, first: usize, count: usize) -> LeafRows<'_> {
-        assert!(count <= WIDTH && 9 * first + WIDTH * (count + 1) <= self.len);
+    pub(crate) fn leaf(&self, start: usize, count: usize) -> LeafRows<'_> {
+        assert!(count <= WIDTH && start + WIDTH * (count + 1) <= self.len);
         // SAFETY: it is within the array.
-        LeafRows { start: unsafe { self.start.add(9 * first) }, count, rows: PhantomData }
+        LeafRows { start: unsafe { self.start.add(start) }, count, rows: PhantomData }
     }
 }
 
@@ -189,6 +190,20 @@ impl<'a> LeafRows<'a> {
         assert!(row < 9);
         // SAFETY: the last row starts after eight of them and is read as a vector: what the start is of has room for it.
         unsafe { self.start.add(row * self.count).cast().as_ref() }
+    }
+
+    /// All rows, and what follows the last.
+    #[inline(always)]
+    pub(crate) fn all(self) -> &'a [f32] {
+        // SAFETY: these are the numbers that there are.
+        unsafe { NonNull::slice_from_raw_parts(self.start, WIDTH * (self.count + 1)).as_ref() }
+    }
+
+    /// The corners of the triangle in a lane.
+    #[inline(always)]
+    pub(crate) fn corners(self, lane: usize) -> Corners {
+        let at = |row: usize| f64::from(self.get(row)[lane]);
+        [[at(0), at(1), at(2)], [at(3), at(4), at(5)], [at(6), at(7), at(8)]]
     }
 }
 

@@ -156,8 +156,9 @@ fn reaches_out(bounds: &Bounds, row: u32, corners: &Corners) -> Option<String> {
 
 fn holds_vertices(wide: &Wide, leaf: &Leaf, place: usize, corners: &Corners) -> bool {
     let &Leaf { first, count, .. } = leaf;
-    let row = |row: usize| *wide.rows.get(9 * first + row * count + place);
-    wide.rows.is_empty() || corners.as_flattened().iter().enumerate().all(|(i, &x)| row(i) == x as f32)
+    wide.leaf_rows(first, count).is_none_or(|rows| {
+        rows.corners(place).as_flattened().iter().zip(corners.as_flattened()).all(|(&row, &x)| row as f32 == x as f32)
+    })
 }
 
 /// Of nodes with two children.

@@ -3,8 +3,8 @@
 use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 
-use super::{CompactRecord, Shared};
-use crate::geometry::{Bounds, Corners};
+use super::{CompactRecord, Copies, LeafRows, Shared};
+use crate::geometry::Bounds;
 use crate::simd::Lanes;
 
 /// Children of a record, and triangles of a leaf at most.
@@ -285,6 +285,8 @@ pub struct Wide {
     /// numbers more follow the last, so that whole vectors can be read. Empty for double precision, and for compact
     /// records.
     pub rows: Shared<f32>,
+    /// Instead of the rows, where leaves are built on demand.
+    pub copies: Option<Copies>,
     /// Depth of the deepest leaf in records; on demand of the deepest piece.
     pub depth: usize,
 }
@@ -300,15 +302,19 @@ impl Wide {
         self.records.len() * self.records.stride() + self.rows.len() * size_of::<f32>()
     }
 
-    /// The corners of the triangle in a lane of a leaf; none for double precision.
+    /// The rows of a leaf that is there, if the tree holds its vertices.
     #[inline(always)]
-    pub fn corners(&self, first: usize, count: usize, lane: usize) -> Option<Corners> {
-        if self.rows.is_empty() {
-            return None;
+    pub(crate) fn leaf_rows(&self, first: usize, count: usize) -> Option<LeafRows<'_>> {
+        match &self.copies {
+            Some(copies) => copies.get(first, count),
+            None => (!self.rows.is_empty()).then(|| self.rows.leaf(9 * first, count)),
         }
-        let rows = self.rows.slice(9 * first..9 * (first + count));
-        let at = |row: usize| f64::from(rows[row * count + lane]);
-        Some([[at(0), at(1), at(2)], [at(3), at(4), at(5)], [at(6), at(7), at(8)]])
+    }
+
+    /// Whether its leaves are to hold vertices, which are of single precision then.
+    #[inline(always)]
+    pub(crate) fn has_rows(&self) -> bool {
+        self.copies.is_some() || !self.rows.is_empty()
     }
 }
 

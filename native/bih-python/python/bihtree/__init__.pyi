@@ -95,7 +95,8 @@ class Stats:
     @property
     def tree_bytes(self) -> int:
         """The acceleration data: 12 bytes a node (256 a wide record, and 36 a triangle; 8 a node of a kd_tree), 4 bytes
-        a reference and rejected row."""
+        a reference and rejected row. On demand so far: what rays came to, and of wide records the vertices of leaves
+        that they came to twice."""
 
     @property
     def bound_bytes(self) -> int:

@@ -80,7 +80,8 @@ pub(super) fn walk<L: Lanes, Q: Query<L>>(
     query: &mut Q,
 ) {
     stack.resize(STACK_SIZE, Entry::default());
-    let (mut parents, mut space, mut gathered) = (Record::EMPTY, Record::EMPTY, [0.0; ROWS]);
+    let (mut parents, mut space) = (Record::EMPTY, Record::EMPTY);
+    let mut gathered: [f32; ROWS];
     let mut top = 0;
     let mut index = 0;
     let mut live = u8::MAX;
@@ -124,9 +125,17 @@ pub(super) fn walk<L: Lanes, Q: Query<L>>(
                     break;
                 }
                 Target::Leaf { first, count } => {
-                    let rows = scene.rows(scene::Leaf { first, count }, &mut gathered);
-                    let leaf = Leaf { rows, first, count };
+                    let leaf = scene::Leaf { first, count };
                     let sides = Sides::one(parent, bundle.octant, lane);
+                    let rows = match scene.rows(leaf) {
+                        Some(rows) => rows.all(),
+                        None if bundle.confirmed(&sides, entry.groups) == 0 => continue,
+                        None => {
+                            gathered = scene.gathered(leaf);
+                            &gathered
+                        }
+                    };
+                    let leaf = Leaf { rows, first, count };
                     visit(bundle, &leaf, &sides, entry.groups, query);
                 }
             }
