@@ -39,8 +39,9 @@ def section(options: Options, progress: Progress, mesh: Named, printed: tuple[pu
     heads = ["structure", "triangles, bytes", "acceleration data, bytes", "bytes a triangle", "frames a second"]
     said = paragraph(
         f"{width} x {height}, one thread, a headlight and no shadows; time to image is from the arrays to the first",
-        "picture, frames are further ones. Hits are exact, but for “fast” and embreex. Triangles are the caller's",
-        "arrays, with shared vertices. embreex is given all rays in one call; NumPy shades, and all threads build.",
+        "picture, after which the bytes are counted; frames are further ones. Hits are exact, but for “fast” and",
+        "embreex. Triangles are the caller's arrays, with shared vertices. embreex is given all rays in one call;",
+        "NumPy shades, and all threads build.",
         "Published: triangles' bytes, acceleration data, frames a second, time to image.",
     )
     return "\n".join([f"### {mesh} triangles\n", said, table([*heads, "time to image, ms", "as published"], rows)])

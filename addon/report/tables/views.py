@@ -29,7 +29,8 @@ def section(options: Options, progress: Progress, plane: Named) -> str:
                 progress("    " + " | ".join(rows[-1]))
     heads = ["view", "build", "threads", "acceleration data, bytes", "frames a second", "total, s", "as published"]
     said = paragraph(
-        f"{width} x {height}; total is from the arrays to the first picture, frames are further ones.",
+        f"{width} x {height}; total is from the arrays to the first picture, after which the bytes are counted; frames",
+        "are further ones, which add to the bytes on demand.",
         f"Published, of {published.BOEING_TRIANGLES:,} triangles on one core, on demand: acceleration data, frames a",
         "second, total. What its views show is not said in the slides: no row is the counterpart of the one that it",
         "stands beside.",
