@@ -5,7 +5,7 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
-from ..pipeline.camera import CameraView
+from ..pipeline.camera import CameraView, Tile
 from ..pipeline.errors import UserError
 
 
@@ -29,6 +29,27 @@ def viewport_view(region: bpy.types.Region, data: bpy.types.RegionView3D) -> Cam
     """What a viewport shows, also through the scene's camera: its lens, zoom, shift and clip range."""
     to_world = np.linalg.inv(np.array(data.view_matrix, np.float64))
     return _view(np.array(data.window_matrix, np.float64), to_world, region.width, region.height)
+
+
+def viewport_border(
+    scene: bpy.types.Scene, space: bpy.types.SpaceView3D, data: bpy.types.RegionView3D, whole: CameraView
+) -> Tile:
+    """The part of the viewport `whole` that is asked for: the render region of the scene where it is looked at through
+    a camera, else the viewport's own; all of it where there is none. At least a pixel."""
+    if data.view_perspective == "CAMERA" and space.camera and space.camera.type == "CAMERA":
+        render = scene.render
+        is_set, first, last = render.use_border, *_frame(scene, space.camera, whole)
+        lower, upper = (render.border_min_x, render.border_min_y), (render.border_max_x, render.border_max_y)
+    else:
+        is_set, first, last = space.use_render_border, np.zeros(2), np.array([whole.width, whole.height], float)
+        lower = space.render_border_min_x, space.render_border_min_y
+        upper = space.render_border_max_x, space.render_border_max_y
+    if not is_set:
+        return 0, 0, whole.width, whole.height
+    sides = np.array([whole.width, whole.height])
+    left, bottom = np.clip(np.round(first + (last - first) * lower), 0, sides - 1).astype(int).tolist()
+    right, top = np.clip(np.round(first + (last - first) * upper), 1, sides).astype(int).tolist()
+    return left, bottom, max(right - left, 1), max(top - bottom, 1)
 
 
 def picture_size(scene: bpy.types.Scene, *, least: int = 1) -> tuple[int, int]:
@@ -58,6 +79,14 @@ def _view(projection: np.ndarray, camera_to_world: np.ndarray, width: int, heigh
         near=float(-near[2] / near[3]),
         perspective=bool(projection[3, 3] == 0.0),
     )
+
+
+def _frame(scene: bpy.types.Scene, camera: bpy.types.Object, view: CameraView) -> tuple[np.ndarray, np.ndarray]:
+    """Where the lower left and the upper right corner of the scene's picture are in `view`, in pixels."""
+    to_world = _without_scale(camera)
+    corners = np.array(camera.data.view_frame(scene=scene)) @ to_world[:3, :3].T + to_world[:3, 3]
+    places = view.project(corners)[:, :2]
+    return places.min(axis=0), places.max(axis=0)
 
 
 def _without_scale(camera: bpy.types.Object) -> np.ndarray:

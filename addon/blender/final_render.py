@@ -11,11 +11,11 @@ import bpy
 import numpy as np
 
 from ..pipeline import prepared
+from ..pipeline.camera import Tile
 from ..pipeline.errors import UserError
 from ..pipeline.image import MISS_DEPTH
 from ..pipeline.looks import Reading
 from ..pipeline.mesh_cache import MeshCache
-from ..pipeline.prepared import Tile
 from ..pipeline.tree_cache import TreeCache
 from .export import scene_data
 from .passes import blender_passes, wanted_passes

@@ -10,13 +10,13 @@ import weakref
 import bpy
 import numpy as np
 
-from ..pipeline.camera import CameraView
+from ..pipeline.camera import CameraView, Tile
 from ..pipeline.looks import Reading
 from ..pipeline.mesh_cache import MeshCache
 from ..pipeline.scene import SceneData
 from ..pipeline.session import Session, Shown
 from ..pipeline.settings import Settings
-from .camera import check_not_panoramic, viewport_view
+from .camera import check_not_panoramic, viewport_border, viewport_view
 from .export import contents
 from .properties import settings_of
 
@@ -36,7 +36,9 @@ class Viewport:
         self._scene: SceneData | None = None
         self._settings: Settings | None = None
         self._samples = 1
+        self._pixel_size = 1
         self._view: CameraView | None = None
+        self._place: Tile = (0, 0, 1, 1)
         self._drawn: Shown | None = None
         self._texture = None
         self._poll = None
@@ -56,10 +58,12 @@ class Viewport:
         seen = context.region_data
         if seen.view_perspective == "CAMERA" and context.space_data.camera:
             check_not_panoramic(context.space_data.camera)
-        view = viewport_view(context.region, seen)
-        if self._view is None or not _are_same(view, self._view):
-            self._view = view
-            self._session.show(self._scene, self._settings, view, samples=self._samples)
+        whole, pixel_size = viewport_view(context.region, seen), engine.get_preview_pixel_size(scene)
+        self._place = viewport_border(scene, context.space_data, seen, whole)
+        view = whole.part(self._place)
+        if self._view is None or not _are_same(view, self._view) or pixel_size != self._pixel_size:
+            self._view, self._pixel_size = view, pixel_size
+            self._session.show(self._scene, self._settings, view, samples=self._samples, pixel_size=pixel_size)
             self._session.wait(PATIENCE)
         self._tell(engine)
         shown = self._session.shown
@@ -72,7 +76,7 @@ class Viewport:
         engine.update_stats(self._session.problem or self._session.activity, notes)
 
     def _draw(self, shown: Shown, engine: bpy.types.RenderEngine, scene: bpy.types.Scene) -> None:
-        """Over all of the region: a picture of another size is stretched."""
+        """Over all that is asked for: a picture of another size is stretched."""
         import gpu
         from gpu_extras.presets import draw_texture_2d
 
@@ -81,10 +85,10 @@ class Viewport:
             pixels = gpu.types.Buffer("FLOAT", shown.pixels.size, np.ascontiguousarray(shown.pixels).ravel())
             self._texture = gpu.types.GPUTexture((width, height), format="RGBA16F", data=pixels)
             self._drawn = shown
-        assert self._view is not None
         gpu.state.blend_set("ALPHA_PREMULT")
         engine.bind_display_space_shader(scene)
-        draw_texture_2d(self._texture, (0, 0), self._view.width, self._view.height)
+        x, y, width, height = self._place
+        draw_texture_2d(self._texture, (x, y), width, height)
         engine.unbind_display_space_shader()
         gpu.state.blend_set("NONE")
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 
 from .errors import UserError
 from .settings import LARGEST_SIDE
+
+Tile = tuple[int, int, int, int]
+"""x, y, width and height in pixels from the lower left."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +35,14 @@ class CameraView:
     @property
     def world_to_clip(self) -> NDArray[np.float64]:
         return _inverse(self.clip_to_world)
+
+    def part(self, tile: Tile) -> CameraView:
+        """What lies in some of the pixels, as a view of its own: their rays are the same, but for rounding."""
+        x, y, width, height = tile
+        crop = np.eye(4)
+        crop[0, 0], crop[0, 3] = width / self.width, (2 * x + width) / self.width - 1.0
+        crop[1, 1], crop[1, 3] = height / self.height, (2 * y + height) / self.height - 1.0
+        return replace(self, clip_to_world=self.clip_to_world @ crop, width=width, height=height)
 
     def project(self, points: NDArray[np.floating[Any]]) -> NDArray[np.float64]:
         """World points (N, 3) to (N, 4): x and y in pixels from the lower left, z in [-1, 1] from near to far, and w.

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import needs
-from .camera import CameraView
+from .camera import CameraView, Tile
 from .errors import UserError
 from .scene import SceneData
 from .settings import Settings
@@ -27,9 +27,6 @@ Progress = Callable[[str, float], bool | None]
 
 TREE_OPTIONS = ("structure", "layout", "heuristic", "precision")
 """The settings that bihtree.Tree takes as they are, by the same names; needs.plan decides the others."""
-
-Tile = tuple[int, int, int, int]
-"""x, y, width and height in pixels from the lower left."""
 
 
 @dataclass(frozen=True)
@@ -48,11 +45,12 @@ class Prepared:
         *,
         tile: Tile | None = None,
         samples: int | None = None,
-        seed: int | None = None,
+        first_sample: int = 0,
         progress: Callable[[float], bool | None] | None = None,
     ) -> dict[str, NDArray[Any]]:
         """The passes of the plan, (H, W, C) with the first row at the bottom, or of `tile` alone in its own size.
-        None: the scene's own camera, samples and seed. Another view is right where the plan left no object out.
+        None: the scene's own camera and samples, these from `first_sample` on. Another view is right where the plan
+        left no object out.
 
         Raises bihtree.Cancelled where `progress` returns False.
         """
@@ -66,7 +64,8 @@ class Prepared:
             self.tree,
             bihtree.Camera(view.clip_to_world, view.width, view.height),
             samples=self.settings.samples if samples is None else samples,
-            seed=self.settings.seed if seed is None else seed,
+            first_sample=first_sample,
+            seed=self.settings.seed,
             tile=tile,
             **given,
             progress=progress,

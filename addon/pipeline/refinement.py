@@ -13,21 +13,18 @@ from .camera import CameraView
 COARSEST = 8
 """The first picture has an eighth of the pixels a side: a 64th of the rays."""
 
-PLASTIC = 1.3247179572447460
-"""x³ = x + 1. Powers of 1/x spread points evenly over a square: M. Roberts, "The Unreasonable Effectiveness of
-Quasirandom Sequences", 2018."""
-
 
 @dataclass(frozen=True)
 class Step:
-    """One picture to trace: with 1 / divisor of the pixels a side, through the place of `sample` in each."""
+    """One picture to trace: with 1 / divisor of the pixels a side, by the sample of that number in each."""
 
     divisor: int
     sample: int = 0
 
 
 def steps(samples: int, finest: int = 1) -> Iterator[Step]:
-    """From an eighth of the resolution to a `finest`-th, then so many samples there in all."""
+    """From an eighth of the resolution to a `finest`-th (or from that one, where it is coarser), then so many samples
+    there in all."""
     divisor = COARSEST
     while divisor > finest:
         yield Step(divisor)
@@ -36,13 +33,9 @@ def steps(samples: int, finest: int = 1) -> Iterator[Step]:
 
 
 def view_of(view: CameraView, step: Step) -> CameraView:
-    """The view that `step` is traced with: all of `view` in fewer pixels, moved by part of a pixel for its sample. The
-    first sample is in the middle."""
+    """The view that `step` is traced with: all of `view` in fewer pixels."""
     width, height = (-(-side // step.divisor) for side in (view.width, view.height))
-    x, y = ((0.5 + step.sample * factor) % 1.0 - 0.5 for factor in (1 / PLASTIC, 1 / PLASTIC**2))
-    shift = np.eye(4)
-    shift[0, 3], shift[1, 3] = 2.0 * x / width, 2.0 * y / height
-    return replace(view, clip_to_world=view.clip_to_world @ shift, width=width, height=height)
+    return replace(view, width=width, height=height)
 
 
 class Mean:

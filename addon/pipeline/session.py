@@ -35,14 +35,9 @@ class Shown:
     pixels: NDArray[np.float32]
     view: CameraView
     step: Step
-    samples: int
-    """How many are asked for."""
+    is_last: bool
     seconds: float
     """Since this was asked for."""
-
-    @property
-    def is_last(self) -> bool:
-        return self.step.divisor == 1 and self.step.sample + 1 == self.samples
 
 
 @dataclass(frozen=True)
@@ -51,8 +46,9 @@ class _Asked:
 
     scene: SceneData
     settings: Settings
-    samples: int
     view: CameraView
+    samples: int
+    pixel_size: int
     since: float
 
 
@@ -79,12 +75,15 @@ class Session:
         # Also where the owner is never told that it ends, and when Python does.
         self._end = weakref.finalize(self, _stop, self._state, self._thread)
 
-    def show(self, scene: SceneData, settings: Settings, view: CameraView, *, samples: int) -> None:
-        """Show this from now on. The same scene object with the same settings keeps its trees and what is prepared of
-        them; otherwise meshes that are the same objects keep theirs."""
+    def show(
+        self, scene: SceneData, settings: Settings, view: CameraView, *, samples: int, pixel_size: int = 1
+    ) -> None:
+        """Show this from now on, at the end with one ray a sample in squares of `pixel_size` pixels a side. The same
+        scene object with the same settings keeps its trees and what is prepared of them; otherwise meshes that are the
+        same objects keep theirs."""
         state = self._state
         with state.changed:
-            state.asked = _Asked(scene, settings, samples, view, perf_counter())
+            state.asked = _Asked(scene, settings, view, samples, pixel_size, perf_counter())
             state.problem, state.activity = "", "Building"
             state.changed.notify_all()
 
@@ -181,21 +180,20 @@ def _prepare(asked: _Asked, trees: TreeCache, state: _State) -> prepared.Prepare
 def _trace(asked: _Asked, ready: prepared.Prepared, state: _State) -> None:
     """All steps, or until something else is asked for; the first one always, so that no movement is too fast to see."""
     mean = refinement.Mean()
-    all_steps = list(refinement.steps(asked.samples))
+    all_steps = list(refinement.steps(asked.samples, asked.pixel_size))
     for step in all_steps:
-        is_first = step is all_steps[0]
+        is_first, is_last = step is all_steps[0], step is all_steps[-1]
 
         def goes_on(share: float, is_first: bool = is_first) -> bool:
             return not state.is_stopped and (is_first or state.asked is asked)
 
         view = refinement.view_of(asked.view, step)
-        passes = ready.picture(view, samples=1, seed=asked.settings.seed + step.sample, progress=goes_on)
-        shown = Shown(
-            mean.with_step(step, passes["combined"]), asked.view, step, asked.samples, perf_counter() - asked.since
-        )
+        passes = ready.picture(view, samples=1, first_sample=step.sample, progress=goes_on)
+        pixels = mean.with_step(step, passes["combined"])
+        shown = Shown(pixels, asked.view, step, is_last, perf_counter() - asked.since)
         with state.changed:
             state.shown = shown
-            state.activity = "" if step is all_steps[-1] else _words(all_steps[all_steps.index(step) + 1])
+            state.activity = "" if is_last else _words(all_steps[all_steps.index(step) + 1])
             state.changed.notify_all()
         if not goes_on(1.0):
             return

@@ -20,8 +20,8 @@ from addon.pipeline.camera import CameraView
 from addon.pipeline.image import to_srgb8
 from addon.pipeline.session import Session
 from addon.pipeline.settings import Settings
-from tests.blender.real import BUNNY, INSIDE, PROJECT, SECONDS, read, run
-from tests.blender.test_window import install_into, window_command
+from tests.blender.real import BUNNY, INSIDE, PROJECT, SECONDS, install_into, once, read, run
+from tests.blender.test_window import window_command
 
 ROUNDS = 50 if os.environ.get("BIHTREE_STRESS") else 16
 """Each of the eight disturbances twice; memory after 50 renders and 50 sessions is asserted elsewhere."""
@@ -29,23 +29,31 @@ SAMPLES = 3
 MARGIN = (100, 80)
 """Pixels left out at each side, and at the top and bottom: Blender's buttons lie over the picture there."""
 
-STEPS = ("solid", "rendered", "orbited", "moved", "solid again", "rendered again")
+STEPS = (
+    *("solid", "rendered", "orbited", "moved", "border", "large pixels", "camera border"),
+    *("solid again", "rendered again"),
+)
+BORDER = np.array([(0.3, 0.35), (0.7, 0.65)])
+"""That of inside/viewport.py: lower left and upper right, as shares of the whole."""
 
 
 @pytest.fixture(scope="module")
-def session(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, Any], Path]:
+def session() -> tuple[dict[str, Any], Path]:
     """What one session in a window leaves: its report, and the folder of its screenshots."""
-    folder = tmp_path_factory.mktemp("viewport")
-    in_a_window = window_command("--window-maximized", BUNNY, "--python", INSIDE / "viewport.py", "--", folder, ROUNDS)
+    folder = once("viewport", in_a_window)
+    return json.loads((folder / "report.json").read_text()), folder
+
+
+def in_a_window(folder: Path) -> None:
+    command = window_command("--window-maximized", BUNNY, "--python", INSIDE / "viewport.py", "--", folder, ROUNDS)
     install_into(folder / "profile")
-    done = run(in_a_window, folder / "profile")
+    done = run(command, folder / "profile")
     assert (folder / "report.json").exists(), done.stdout + done.stderr
     assert "Traceback" not in done.stdout + done.stderr
     kept = PROJECT / "build" / "screenshots"  # for a person to look at
     kept.mkdir(parents=True, exist_ok=True)
     for name in STEPS:
         shutil.copy(folder / f"{name}.png", kept / f"viewport {name}.png")
-    return json.loads((folder / "report.json").read_text()), folder
 
 
 def middle(session: tuple[dict[str, Any], Path], name: str) -> NDArray[np.uint8]:
@@ -58,7 +66,7 @@ def middle(session: tuple[dict[str, Any], Path], name: str) -> NDArray[np.uint8]
     return screen[rows, place["x"] + MARGIN[0] : place["x"] + place["width"] - MARGIN[0]]
 
 
-def traced(session: tuple[dict[str, Any], Path], name: str) -> NDArray[np.uint8]:
+def traced(session: tuple[dict[str, Any], Path], name: str, *, pixel_size: int = 1) -> NDArray[np.uint8]:
     """(H, W, 4) the same part as the pipeline makes it, from the wheel's export and the matrices of the window."""
     shot = session[0]["shots"][name]
     scene, _, _ = read_source(Source(BUNNY, None))
@@ -69,9 +77,10 @@ def traced(session: tuple[dict[str, Any], Path], name: str) -> NDArray[np.uint8]
     size = shot["place"]["width"], shot["place"]["height"]
     view = CameraView(np.linalg.inv(to_clip), *size, near=0.1, perspective=True)
     running = Session()
-    running.show(replace(scene, instance_matrix=matrices), Settings(), view, samples=SAMPLES)
+    running.show(replace(scene, instance_matrix=matrices), Settings(), view, samples=SAMPLES, pixel_size=pixel_size)
     assert running.wait(SECONDS, until_last=True) and running.shown, running.problem
-    picture = to_srgb8(running.shown.pixels)[::-1]
+    rows, columns = (np.arange(side) // pixel_size for side in size[::-1])
+    picture = to_srgb8(running.shown.pixels)[rows[:, None], columns][::-1]
     running.stop()
     return picture[MARGIN[1] : -MARGIN[1], MARGIN[0] : -MARGIN[0]]
 
@@ -85,6 +94,35 @@ def test_the_screen_shows_what_is_traced(session, name):
     assert lit.sum() > 5000 and np.ptp(picture[lit]) > 128, "a picture of something"
     difference = np.abs(shown.astype(int) - picture[..., :3])[lit]
     assert np.quantile(difference, 0.99) <= 2 and difference.mean() < 0.5
+
+
+@pytest.mark.parametrize("name", ["border", "camera border"])
+def test_a_border_leaves_the_rest_out(session, name):
+    """Through a camera it is the scene's own, else the viewport's."""
+    place = session[0]["shots"][name]["place"]
+    corners = np.array([(0, 0), (place["width"], place["height"])], float)
+    if name == "camera border":
+        frame = np.array(session[0]["frame"])
+        corners = np.array([frame.min(axis=0), frame.max(axis=0)])
+    (left, bottom), (right, top) = np.round(corners[0] + (corners[1] - corners[0]) * BORDER).astype(int) - MARGIN
+    shown, picture = middle(session, name)[::-1], traced(session, name)[::-1]
+    lit = (picture[..., 3] == 255) & (picture[..., :3] > 0).any(axis=2)
+    is_inside = np.zeros(lit.shape, bool)
+    is_inside[bottom:top, left:right] = True
+    assert (lit & is_inside).sum() > 5000 and (lit & ~is_inside).sum() > 2000
+    difference = np.abs(shown.astype(int) - picture[..., :3]).max(axis=2)
+    assert np.quantile(difference[lit & is_inside], 0.98) <= 2
+    rest = shown[~is_inside]
+    assert (np.ptp(rest[:, :3], axis=1) == 0).mean() > 0.9, "Blender's own grey"
+    assert np.median(difference[lit & ~is_inside]) > 5
+
+
+def test_large_pixels_are_one_ray_each(session):
+    """As the pipeline shows them, drawn larger."""
+    shown, picture = middle(session, "large pixels"), traced(session, "large pixels", pixel_size=4)
+    lit = (picture[..., 3] == 255) & (picture[..., :3] > 0).any(axis=2)
+    assert lit.sum() > 5000
+    assert np.quantile(np.abs(shown.astype(int) - picture[..., :3])[lit], 0.95) <= 2
 
 
 @pytest.mark.parametrize(("name", "other"), [("rendered", "solid"), ("orbited", "rendered"), ("moved", "orbited")])

@@ -129,6 +129,24 @@ def test_samples_and_seed():
     assert np.array_equal(bihtree.render(tree, camera, samples=16)["combined"][..., 3] * 16, counted)
 
 
+def test_a_picture_goes_on_where_another_one_ended():
+    """Pixels, a wide sun and ambient occlusion: sixteen pictures of a sample each are one of sixteen."""
+    camera = bihtree.Camera(CAMERAS["perspective"], WIDTH, HEIGHT)
+    tree = bihtree.Tree(*TERRAIN)
+    sun = np.zeros(1, [*LIGHT.descr, ("size", "f4", 2)])
+    sun["direction"], sun["colour"], sun["size"] = (0.7, 0.1, -0.3), 3, 0.5
+    given = {"lights": sun, "ambient_occlusion": True, "seed": 3}
+    singles = [bihtree.render(tree, camera, first_sample=sample, **given)["combined"] for sample in range(16)]
+    whole = bihtree.render(tree, camera, samples=16, **given)["combined"]
+    assert np.allclose(np.mean(np.array(singles, float), axis=0), whole, rtol=1e-6, atol=1e-7)
+    assert singles[0].tobytes() == bihtree.render(tree, camera, **given)["combined"].tobytes()
+    halves = [bihtree.render(tree, camera, samples=8, first_sample=first, **given)["combined"] for first in (0, 8)]
+    assert np.allclose(np.mean(np.array(halves, float), axis=0), whole, rtol=1e-6, atol=1e-7)
+    later = bihtree.render(tree, camera, passes=PASSES, first_sample=5)
+    rays = camera.rays(sample=5)
+    assert np.array_equal(later["triangle"].ravel(), tree.intersect(*rays).triangle)
+
+
 def above(lights=None, *, shadows=True, extra=()):
     """The middle of a floor at z = 0, lit and seen straight from above by an orthographic camera: RGB."""
     floor = meshes.from_corners([[[-9, -9, 0], [9, -9, 0], [-9, 9, 0]], [[9, 9, 0], [-9, 9, 0], [9, -9, 0]], *extra])
@@ -209,6 +227,8 @@ def test_no_surface_shadows_itself():
 BAD = [
     ({"passes": ("combined", "beauty")}, ValueError, "beauty"),
     ({"samples": 0}, ValueError, "samples"),
+    ({"first_sample": -1}, ValueError, "first_sample: -1 is below 0"),
+    ({"first_sample": 2**32 - 2, "samples": 2}, ValueError, "samples: 2 are too many from first_sample 4294967294"),
     ({"tile": (0, 0, 0, 5)}, ValueError, "tile"),
     ({"tile": (60, 0, 20, 5)}, ValueError, "tile"),
     ({"tile": (0, 49, 5, 2)}, ValueError, "tile"),

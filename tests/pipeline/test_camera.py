@@ -48,6 +48,20 @@ def test_an_orthographic_matrix_projects_without_shrinking_what_is_far() -> None
     assert got == pytest.approx(np.array([[250, 175, -1, 1], [250, 175, 1, 1], [0, 0, 0, 1]]), abs=1e-9)
 
 
+@pytest.mark.parametrize("perspective", [True, False])
+def test_a_part_of_a_view_has_its_pixels(perspective: bool) -> None:
+    whole = framing_view(np.array([[-1.0] * 3, [2.0] * 3]), 320, 200)
+    if not perspective:
+        clip_to_world = np.array([[2.0, 0, 0, 0], [0, 1.5, 0, 0], [0, 0, -5.0, -6.0], [0, 0, 0, 1.0]])
+        whole = CameraView(clip_to_world, 320, 200, 1.0, perspective=False)
+    part = whole.part((40, 70, 101, 33))
+    assert (part.width, part.height) == (101, 33)
+    points = np.random.default_rng(3).uniform(-1, 1, (50, 3))
+    expected = whole.project(points) - [40, 70, 0, 0]
+    np.testing.assert_allclose(part.project(points), expected, rtol=1e-9, atol=1e-9)
+    np.testing.assert_array_equal(whole.part((0, 0, 320, 200)).clip_to_world, whole.clip_to_world)
+
+
 BOUNDS = {
     "cube": ([-1, -1, -1], [1, 1, 1]),
     "flat in x": ([0, -1, -1], [0, 1, 1]),

@@ -9,11 +9,11 @@ import bihtree
 import numpy as np
 import pytest
 
-from addon.pipeline import refinement, session
+from addon.pipeline import prepared, refinement, session
 from addon.pipeline.camera import CameraView, framing_view
 from addon.pipeline.mesh import Mesh
 from addon.pipeline.refinement import Mean, Step, steps, view_of
-from addon.pipeline.scene import SceneData
+from addon.pipeline.scene import LIGHT_DTYPE, SUN, SceneData
 from addon.pipeline.session import Session
 from addon.pipeline.settings import Settings
 from tests import meshes
@@ -55,40 +55,38 @@ def test_a_coarse_picture_is_all_of_the_view_in_fewer_pixels():
     assert (view_of(view(5, 3), Step(8)).width, view_of(view(5, 3), Step(8)).height) == (1, 1)
 
 
-def test_samples_are_spread_over_the_pixel():
-    """The middle first, then the places that the rays of the moved camera have in the picture of the first one."""
-    places = []
-    for sample in range(64):
-        moved = view_of(view(), Step(1, sample))
-        camera = bihtree.Camera(moved.clip_to_world, WIDTH, HEIGHT)
-        origins, directions = camera.rays()
-        at = view().project((origins + directions)[:1])[0, :2]
-        places.append(at)
-    np.testing.assert_allclose(places[0], 0.5, atol=1e-9)
-    assert (np.array(places) > -1e-9).all() and (np.array(places) < 1 + 1e-9).all()
-    counts, *_ = np.histogram2d(*np.array(places).T, bins=4, range=[[0, 1], [0, 1]])
-    assert counts.min() >= 2 and counts.max() <= 6
-
-
 def test_the_mean_is_that_of_all_samples_alone():
     scene = SceneData.of_mesh(ball(), view())
+    tree = bihtree.Tree(*scene.flatten())
+    camera = bihtree.Camera(view().clip_to_world, WIDTH, HEIGHT)
     mean, traced = Mean(), []
     assert mean.with_step(Step(8), alone(scene, view_of(view(), Step(8)))).shape == (8, 11, 4)
     for sample in range(5):
-        traced.append(alone(scene, view_of(view(), Step(1, sample))))
+        traced.append(bihtree.render(tree, camera, first_sample=sample)["combined"])
         found = mean.with_step(Step(1, sample), traced[-1])
     np.testing.assert_array_equal(found, np.mean(np.array(traced, np.float64), axis=0).astype(np.float32))
 
 
-def test_many_samples_are_what_the_renderer_makes_of_many():
-    scene = SceneData.of_mesh(ball(), view())
-    mean = Mean()
-    for sample in range(64):
-        found = mean.with_step(Step(1, sample), alone(scene, view_of(view(), Step(1, sample))))
-    tree = bihtree.Tree(*scene.flatten())
-    expected = bihtree.render(tree, bihtree.Camera(view().clip_to_world, WIDTH, HEIGHT), samples=64)["combined"]
-    one = alone(scene, view())
-    assert np.abs(found - expected).mean() < 0.1 * np.abs(one - expected).mean()
+def test_many_samples_are_what_the_renderer_makes_of_many(shown: Session):
+    """Also where light is drawn at random: each sample goes on with the sequence of the one before."""
+    light = np.zeros(1, LIGHT_DTYPE)
+    light["kind"], light["direction"], light["colour"], light["size"] = SUN, (0.3, 0.2, -1.0), 3.0, 0.4
+    scene = replace(SceneData.of_mesh(ball()), lights=light)
+    settings = Settings(soft_shadows=True, ambient_occlusion=True)
+    shown.show(scene, settings, view(), samples=16)
+    assert shown.wait(PATIENCE, until_last=True) and shown.shown, shown.problem
+    ready = prepared.prepare(replace(scene, camera=view()), settings, ("combined",), tree_shown=False)
+    expected = ready.picture(samples=16)["combined"]
+    assert np.abs(expected - ready.picture(samples=1)["combined"]).max() > 0.1, "one sample is noise"
+    np.testing.assert_allclose(shown.shown.pixels, expected, rtol=1e-5, atol=1e-6)
+
+
+def test_pixels_can_be_larger(shown: Session):
+    scene = SceneData.of_mesh(ball())
+    shown.show(scene, Settings(), view(), samples=1, pixel_size=4)
+    assert shown.wait(PATIENCE, until_last=True) and shown.shown
+    assert shown.shown.is_last and shown.shown.step == Step(4)
+    np.testing.assert_array_equal(shown.shown.pixels, alone(scene, view_of(view(), Step(4))))
 
 
 def test_the_last_picture_is_the_true_one(shown: Session):

@@ -34,6 +34,7 @@ pub fn by_bih(built: &BihTree, view: &View, samples: u32, shadows: bool) -> Pict
     let options = RenderOptions {
         tile: Tile { x: 0, y: 0, width, height },
         samples,
+        first_sample: 0,
         seed: 0,
         lighting: Lighting { lights: vec![light], shadows, ..Default::default() },
         background: [0.0; 4],

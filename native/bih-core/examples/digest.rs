@@ -54,6 +54,7 @@ fn main() {
     let options = RenderOptions {
         tile: Tile { x: 0, y: 0, width: 40, height: 30 },
         samples: 2,
+        first_sample: 0,
         seed: 1,
         lighting: Lighting {
             lights: vec![Light {

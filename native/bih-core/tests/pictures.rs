@@ -60,6 +60,7 @@ fn options(offset: f64, samples: u32, cost: bool) -> RenderOptions {
     RenderOptions {
         tile: Tile { x: 0, y: 0, width: WIDTH, height: HEIGHT },
         samples,
+        first_sample: 0,
         seed: 1,
         lighting: Lighting { lights, shadows: true, ..Default::default() },
         background: [0.0; 4],

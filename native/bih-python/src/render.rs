@@ -24,11 +24,11 @@ const PASSES: [&str; 9] =
 
 /// Trace one picture in one call.
 #[pyfunction]
-#[pyo3(signature = (scene, camera, *, passes=vec!["combined".to_owned()], samples=1, seed=0, shadows=true,
-    ambient_occlusion=false, ambient_occlusion_distance=f64::INFINITY, lights=None, ambient=None, background=None,
+#[pyo3(signature = (scene, camera, *, passes=vec!["combined".to_owned()], samples=1, first_sample=0, seed=0,
+    shadows=true, ambient_occlusion=false, ambient_occlusion_distance=f64::INFINITY, lights=None, ambient=None, background=None,
     surfaces=None, objects=None, materials=None, corner_normals=None, tile=None, progress=None),
-    text_signature = "(scene, camera, *, passes=['combined'], samples=1, seed=0, shadows=True, ambient_occlusion=False, \
-ambient_occlusion_distance=1e999, lights=None, ambient=None, background=None, surfaces=None, objects=None, \
+    text_signature = "(scene, camera, *, passes=['combined'], samples=1, first_sample=0, seed=0, shadows=True, \
+ambient_occlusion=False, ambient_occlusion_distance=1e999, lights=None, ambient=None, background=None, surfaces=None, objects=None, \
 materials=None, corner_normals=None, tile=None, progress=None)")]
 #[expect(clippy::too_many_arguments, reason = "they are keywords in Python")]
 pub fn render<'py>(
@@ -37,6 +37,7 @@ pub fn render<'py>(
     camera: &Camera,
     passes: Vec<String>,
     samples: i64,
+    first_sample: i64,
     seed: i64,
     shadows: bool,
     ambient_occlusion: bool,
@@ -55,9 +56,7 @@ pub fn render<'py>(
     if let Some(unknown) = passes.iter().find(|pass| !PASSES.contains(&pass.as_str())) {
         return Err(PyValueError::new_err(format!("passes: {unknown:?} is not one of {}", PASSES.join(", "))));
     }
-    let samples = count("samples", samples, 1)?;
-    let samples =
-        u32::try_from(samples).map_err(|_| PyValueError::new_err(format!("samples: {samples} are too many")))?;
+    let [first_sample, samples] = sample_range(first_sample, samples)?;
     let background = background.unwrap_or_default();
     check_finite("ambient", &ambient.unwrap_or_default())?;
     check_finite("background", &background)?;
@@ -68,6 +67,7 @@ pub fn render<'py>(
     let options = RenderOptions {
         tile: part(tile, camera)?,
         samples,
+        first_sample,
         seed: count("seed", seed, 0)? as u64,
         lighting: Lighting {
             lights: lights.map_or(Ok(Vec::new()), read_lights)?,
@@ -168,6 +168,15 @@ fn wanted(passes: &[String]) -> Wanted {
         object_index: is_wanted("object_index"),
         material_index: is_wanted("material_index"),
         cost: is_wanted("cost"),
+    }
+}
+
+/// The first sample and how many there are: their numbers are of 32 bits.
+fn sample_range(first: i64, samples: i64) -> PyResult<[u32; 2]> {
+    let (start, number) = (count("first_sample", first, 0)?, count("samples", samples, 1)?);
+    match [start, number, start.saturating_add(number)].map(u32::try_from) {
+        [Ok(start), Ok(number), Ok(_)] => Ok([start, number]),
+        _ => Err(PyValueError::new_err(format!("samples: {number} are too many from first_sample {start} on"))),
     }
 }
 

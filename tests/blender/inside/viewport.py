@@ -16,11 +16,13 @@ sys.path.insert(0, str(Path(__file__).parent))
 import addon_utils
 import bpy
 import window_steps as w
+from bpy_extras.view3d_utils import location_3d_to_region_2d
 from mathutils import Quaternion
 
 MODULE = "bl_ext.user_default.bih"
 PAUSES_BETWEEN_LOOKS = 6
 PATIENCE = 400
+BORDER = (0.3, 0.7), (0.35, 0.65)
 folder, rounds = sys.argv[sys.argv.index("--") + 1 :]
 report: dict[str, object] = {"shots": {}, "pages": []}
 last_shot: list[bytes] = []
@@ -86,6 +88,22 @@ def set_up() -> None:
     space.show_gizmo = False
 
 
+def look_through_the_camera() -> None:
+    """Of the scene, whose own border counts there."""
+    w.area("VIEW_3D").spaces[0].region_3d.view_perspective = "CAMERA"
+    render = scene().render
+    render.border_min_x, render.border_max_x = BORDER[0]
+    render.border_min_y, render.border_max_y = BORDER[1]
+    render.use_border, render.preview_pixel_size = True, "1"
+
+
+def frame() -> list[list[float]]:
+    """Corners of the scene's picture, in pixels of the region."""
+    camera, seen = scene().camera, w.area("VIEW_3D").spaces[0].region_3d
+    corners = (camera.matrix_world.normalized() @ corner for corner in camera.data.view_frame(scene=scene()))
+    return [list(location_3d_to_region_2d(region(), seen, corner)) for corner in corners]
+
+
 def move() -> None:
     owner().location.z += 0.1
 
@@ -147,6 +165,17 @@ def steps() -> Iterator[None]:
     yield from shot("orbited")
     owner().location.z += 0.3 * max(owner().dimensions)
     yield from shot("moved")
+    space = w.area("VIEW_3D").spaces[0]
+    space.render_border_min_x, space.render_border_max_x = BORDER[0]
+    space.render_border_min_y, space.render_border_max_y = BORDER[1]
+    space.use_render_border = True
+    yield from shot("border")
+    space.use_render_border = False
+    scene().render.preview_pixel_size = "4"
+    yield from shot("large pixels")
+    look_through_the_camera()
+    yield from shot("camera border")
+    report["frame"] = frame()
     open_again()
     yield
     for number in range(int(rounds)):

@@ -38,9 +38,12 @@ pub struct Tile {
 pub struct RenderOptions {
     /// The part to render.
     pub tile: Tile,
-    /// Rays a pixel, at least 1; the first goes through its centre.
+    /// Rays a pixel, at least 1; sample 0 goes through its centre.
     pub samples: u32,
-    /// Shifts the samples but the first.
+    /// The first of them, so that several pictures share one sequence; with all of `samples` it is no more than
+    /// `u32::MAX`.
+    pub first_sample: u32,
+    /// Shifts the samples but sample 0.
     pub seed: u64,
     /// What shines.
     pub lighting: Lighting,
@@ -143,7 +146,7 @@ impl<T: Traced> TileRender<'_, T> {
         let samples = if options.wanted.combined { options.samples } else { 1 };
         let has_normals = options.wanted.combined || options.wanted.normal;
         let len = block.len;
-        for sample in 0..samples {
+        for sample in options.first_sample..options.first_sample + samples {
             let offset = sample_offset(sample, options.seed);
             let pixel = |[x, y]: [usize; 2]| [tile.x + x as u32, tile.y + y as u32];
             for (ray, &place) in rays.iter_mut().zip(block.places()) {
@@ -161,8 +164,8 @@ impl<T: Traced> TileRender<'_, T> {
                     None => add(&mut sums[i], &options.background),
                 }
             }
-            if sample == 0 {
-                self.show_centres(block, &rays, &seen, &found, pixels, stack);
+            if sample == options.first_sample {
+                self.show_first(block, &rays, &seen, &found, pixels, stack);
             }
             if options.wanted.combined {
                 let radiance = options.lighting.shade(scene, found.points(), stack);
@@ -179,8 +182,8 @@ impl<T: Traced> TileRender<'_, T> {
         }
     }
 
-    /// What only the rays through the centres tell.
-    fn show_centres(
+    /// What only the first rays tell.
+    fn show_first(
         &self,
         block: &Block,
         rays: &[Ray; PACKET],

@@ -34,6 +34,7 @@ def render(
     *,
     passes: Sequence[str] = ...,
     samples: int = 1,
+    first_sample: int = 0,
     seed: int = 0,
     shadows: bool = True,
     ambient_occlusion: bool = False,
@@ -56,8 +57,11 @@ def render(
     side; 0 for a miss), position (3; 0 for a miss), cost (2: nodes visited, triangles tested). int32: triangle (1; -1
     for a miss), instance (1, the row of objects; -1 for a miss), object_index and material_index (1, what the rows of
     objects and surfaces say; 0 for a miss). By default combined alone.
-    samples: rays a pixel for combined; the other passes show the first, through the pixel's centre.
-    seed: shifts the places of all samples but the first, and those on lights.
+    samples: rays a pixel for combined; the other passes show the first.
+    first_sample: its number. Sample 0 goes through the pixel's centre, and with the later ones it fills the pixel, the
+        lights and the hemisphere evenly: but for rounding, the mean of pictures of one sample each is the picture of
+        all of them.
+    seed: shifts the places of all samples but sample 0, and those on lights.
     lights: a structured array, one row a light. kind: 0 a sun (colour: irradiance in W/m² along direction), 1 a point,
         2 a spot, 3 a rectangle, 4 an ellipse (colour: power in W), 5 a headlight (colour: radiance of a white surface
         that faces the camera ray). position (3), direction (3: where a sun, a spot, a rectangle and an ellipse shine),
