@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from addon.pipeline.camera import perspective_view
+from addon.pipeline.camera import framing_view, perspective_view
+from addon.pipeline.mesh import Mesh
 from addon.pipeline.scene import SceneData
 from addon.pipeline.settings import Settings
 from addon.report.scenes import soup, terrain
@@ -41,7 +42,31 @@ def points() -> Iterator[Point]:
     for count in (1, 2, 4, 8):
         few = mesh_of("few", soup(count).mesh)
         yield Point("tree", f"{count} triangles", Case(framed(few, (160, 120)), COMBINED))
+    yield from _instances()
     yield from _on_demand()
+
+
+def _instances() -> Iterator[Point]:
+    """A field of equal balls, turned and shrunk at random, looked at as a whole."""
+    for level in (3, 5):
+        ball = mesh_of("ball", sphere(level))
+        for side in (4, 8, 16, 32):
+            scene = field_of(ball, side)
+            if 100_000 <= scene.triangle_count <= 8_000_000:
+                what = f"{side * side:,} of {len(ball.triangles):,} triangles"
+                yield Point("instances", what, Case(scene, COMBINED))
+
+
+def field_of(mesh: Mesh, side: int) -> SceneData:
+    """side * side instances of a mesh of about unit size, and a camera, 320 x 240."""
+    rng = np.random.default_rng(1)
+    matrices = np.zeros((side * side, 4, 4))
+    turns, _ = np.linalg.qr(rng.normal(size=(side * side, 3, 3)))
+    matrices[:, :3, :3] = turns * rng.uniform(0.3, 0.6, (side * side, 1, 1))
+    rows, columns = np.divmod(np.arange(side * side), side)
+    matrices[:, 0, 3], matrices[:, 1, 3], matrices[:, 3, 3] = 2 * columns, 2 * rows, 1
+    view = framing_view(np.array([(-1.0, -1.0, -1.0), (2.0 * side, 2.0 * side, 1.0)]), 320, 240)
+    return SceneData([mesh], np.zeros(side * side, np.int32), matrices, "field", view)
 
 
 def _on_demand() -> Iterator[Point]:

@@ -25,8 +25,11 @@ ON_DEMAND_SHARE = 0.25
 LEAF = {"wide": 8, "compact": 8, "classic": 8}
 """Up to so many triangles are one leaf: each ray tests all of them."""
 
-INSTANCED_TRIANGLES = 4_000_000
-"""From so many triangles on that are there more than once, each mesh has one tree, and instances show it."""
+INSTANCED_TRIANGLES = 65_536
+"""From so many triangles on that are there more than once, each mesh has one tree, and instances show it, where the
+picture has no more rays than that: to flatten and build one takes as long as one or two rays lose."""
+FLATTENED_TRIANGLES = 4_000_000
+"""From so many on also where it has more rays: flattened they would take some 80 bytes each."""
 
 FAST = "precision fast: another tree may round a hit in another way"
 
@@ -124,7 +127,7 @@ def plan(scene: SceneData, settings: Settings, wanted: Collection[str], *, tree_
         reached = ~apart
     shown = scene if reached.all() else scene.only(reached)
     count = shown.triangle_count
-    is_instanced = is_kept("instances", _instances(shown, tree_shown))
+    is_instanced = is_kept("instances", _instances(shown, settings, tree_shown))
     if is_instanced:
         shown = shared(shown)
         count = max(len(mesh.triangles) for mesh in shown.meshes)
@@ -305,19 +308,22 @@ def _objects(scene: SceneData, apart: NDArray[np.bool_], why_whole: str) -> _Cas
     return _Case("", what, f"{triangles:,} triangles not built into the tree")
 
 
-def _instances(scene: SceneData, tree_shown: bool) -> _Case:
+def _instances(scene: SceneData, settings: Settings, tree_shown: bool) -> _Case:
     """Where meshes are shown often enough, each has one tree; flattened, the same triangles are in one."""
+    assert scene.camera is not None
     total, saves = scene.triangle_count, "rays led from tree to tree"
+    rays = scene.camera.width * scene.camera.height * settings.samples
+    least = min(max(INSTANCED_TRIANGLES, rays), FLATTENED_TRIANGLES)
     if tree_shown:
         return _Case("", "the whole tree is shown", saves)
     if len(scene.instance_mesh) < 2:
         return _Case("instances, as asked", "one object", saves)
-    if total < INSTANCED_TRIANGLES:
-        few = f"{total:,} triangles, fewer than {INSTANCED_TRIANGLES:,}: flattened, they are traced sooner"
+    if total < least:
+        few = f"{total:,} triangles, fewer than {least:,}: flattened, {rays:,} rays are traced sooner"
         return _Case("instances, as asked", few, saves)
     meshes = shared(scene).meshes
     once = sum(len(mesh.triangles) for mesh in meshes)
-    if total - once < INSTANCED_TRIANGLES:
+    if total - once < least:
         return _Case("instances, as asked", f"{once:,} of {total:,} triangles are there once", saves)
     equal = len(np.unique(scene.instance_mesh)) - len(meshes)
     found = f", equal meshes found: {equal}" if equal else ""

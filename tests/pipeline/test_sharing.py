@@ -60,8 +60,13 @@ def part(scene: SceneData, settings: Settings, *, shown: bool = False) -> needs.
 def test_when_instances_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     many = scene_of(SPHERE, copy_of(SPHERE), SPHERE, BOX)
     assert "1,000 triangles" not in part(many, Settings()).why
-    assert "972 triangles, fewer than 4,000,000" in part(many, Settings()).why
-    monkeypatch.setattr(needs, "INSTANCED_TRIANGLES", 640)
+    assert "972 triangles, fewer than 65,536" in part(many, Settings()).why
+    monkeypatch.setattr(needs, "INSTANCED_TRIANGLES", 600)
+    assert "fewer than 2,700: flattened, 2,700 rays" in part(many, Settings()).why
+    assert many.camera is not None
+    small = replace(many, camera=replace(many.camera, width=20, height=32))
+    assert part(small, Settings()).kept and not part(small, Settings(samples=2)).kept
+    monkeypatch.setattr(needs, "FLATTENED_TRIANGLES", 640)
     kept = part(many, Settings())
     assert kept.kept and kept.why == "972 triangles are images of 332, equal meshes found: 2"
     assert "as asked" in part(many, FLAT).why
