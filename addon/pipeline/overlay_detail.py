@@ -13,8 +13,9 @@ SMALL = 4.0
 """Pixels: an outline that is nowhere longer is drawn as a point, as one could not see what it is."""
 
 MOST_LINES = 30_000
-"""Lines of a redraw where a processor draws: the largest outlines, all others are points. A line takes 0.4 µs there, a
-point 0.2, so that 100,000 boxes leave time for ten redraws a second (docs/decisions/overlay-viewport.md)."""
+"""Lines of a redraw where a processor draws: the largest outlines, all others are points. By
+processor times that leaves time for ten redraws a second of 100,000 boxes; what was seen is in
+docs/decisions/overlay-viewport.md."""
 
 MOST_LINES_OF_A_GPU = 4_000_000
 
