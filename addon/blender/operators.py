@@ -15,6 +15,8 @@ from .modal_work import ModalWork
 from .properties import settings_of
 from .worker import Worker
 
+FOR_SCRIPTS = {"HIDDEN", "SKIP_SAVE"}
+
 
 class BIH_OT_report(ModalWork, bpy.types.Operator):
     bl_idname = "bih.report"
@@ -29,8 +31,9 @@ class BIH_OT_report(ModalWork, bpy.types.Operator):
         description="Fewer rays and rounds: about a minute of time instead of several; memory stays the same",
         default=True,
     )
-    only: StringProperty(name="Sections", description="Names of sections, with commas; empty: all", options={"HIDDEN"})
-    folder: StringProperty(name="Folder", description="Where the page is written", options={"HIDDEN"})
+    # A click of the button does not go on with what a script asked for.
+    only: StringProperty(name="Sections", description="Names of sections, with commas; empty: all", options=FOR_SCRIPTS)
+    folder: StringProperty(name="Folder", description="Where the page is written", options=FOR_SCRIPTS)
 
     def started(self, context: bpy.types.Context) -> Worker[Path]:
         from ..report.error.command import options_of

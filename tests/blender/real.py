@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import fcntl
 import os
+import shutil
 import subprocess
 import sys
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from typing import NoReturn
@@ -50,23 +52,47 @@ def lacking(what: str) -> NoReturn:
     pytest.skip(f"missing: {what}")
 
 
-@cache
-def extension() -> Path:
-    """The zip that `make package` makes, of the sources as they are now: once for all processes of a test run."""
-    folder = PROJECT / "build"
-    with (folder / "extension.txt").open("a+") as made:
+def once(name: str, fill: Callable[[Path], None]) -> Path:
+    """A folder in build/tests that `fill` fills, once for all processes of a test run."""
+    folder = PROJECT / "build" / "tests" / name
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    with folder.with_suffix(".run").open("a+") as made:
         fcntl.flock(made, fcntl.LOCK_EX)
         made.seek(0)
-        run_id, _, path = made.read().partition(" ")
-        if run_id != RUN:
-            run = subprocess.run(
-                [sys.executable, PROJECT / "tools" / "package.py"], capture_output=True, text=True, check=False
-            )
-            assert run.returncode == 0, run.stderr
-            path = run.stdout.strip()
+        if made.read() != RUN:
             made.truncate(0)
-            made.write(f"{RUN} {path}")
-    return Path(path)
+            shutil.rmtree(folder, ignore_errors=True)
+            folder.mkdir()
+            fill(folder)
+            made.write(RUN)
+    return folder
+
+
+@cache
+def extension() -> Path:
+    """The zip that `make package` makes, of the sources as they are now."""
+    return Path((once("extension", _package) / "path.txt").read_text())
+
+
+def install_into(profile: Path) -> None:
+    """The extension, enabled in settings that were empty before."""
+    shutil.copytree(once("installed", _install), profile)
+
+
+def _package(folder: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, PROJECT / "tools" / "package.py"], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    (folder / "path.txt").write_text(done.stdout.strip())
+
+
+def _install(profile: Path) -> None:
+    done = run(
+        blender().command("--command", "extension", "install-file", "-r", "user_default", "--enable", extension()),
+        profile,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
 
 
 def run(command: list[str], profile: Path | None = None) -> subprocess.CompletedProcess[str]:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tests.blender.real import BUNNY, INSIDE, blender, blender_that_writes_files, extension, read, run
+from tests.blender.real import BUNNY, INSIDE, blender, blender_that_writes_files, install_into, read, run
 
 WIDTH, HEIGHT = 160, 120
 
@@ -19,10 +19,8 @@ WIDTH, HEIGHT = 160, 120
 @pytest.fixture(scope="module")
 def profile(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder of settings that was empty before the extension was installed into it, and enabled."""
-    folder = tmp_path_factory.mktemp("profile")
-    install = ["--command", "extension", "install-file", "-r", "user_default", "--enable", extension()]
-    done = run(blender().command(*install), folder)
-    assert done.returncode == 0, done.stdout + done.stderr
+    folder = tmp_path_factory.mktemp("settings") / "profile"
+    install_into(folder)
     return folder
 
 

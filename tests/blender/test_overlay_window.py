@@ -14,8 +14,8 @@ import pytest
 
 from addon.pipeline import overlay_style
 from addon.pipeline.overlay import Kind
-from tests.blender.real import INSIDE, PROJECT, read, run
-from tests.blender.test_window import install_into, window_command
+from tests.blender.real import INSIDE, PROJECT, install_into, once, read, run
+from tests.blender.test_window import window_command
 
 SCREENSHOTS = PROJECT / "build" / "screenshots"
 SWATCH = 1_000
@@ -51,20 +51,22 @@ class Screen:
 
 
 @pytest.fixture(scope="module")
-def screen(tmp_path_factory: pytest.TempPathFactory) -> Screen:
+def screen() -> Screen:
     """One Blender for all of this file."""
-    folder, profile = tmp_path_factory.mktemp("shots"), tmp_path_factory.mktemp("settings") / "profile"
+    return Screen(once("overlay", in_a_window))
+
+
+def in_a_window(folder: Path) -> None:
     script = ["--python", INSIDE / "overlay_window.py", "--", folder]
     command = window_command("--enable-event-simulate", "--window-maximized", *script)
-    install_into(profile)
-    done = run(command, profile)
+    install_into(folder / "profile")
+    done = run(command, folder / "profile")
     SCREENSHOTS.mkdir(parents=True, exist_ok=True)
-    for path in folder.iterdir():
+    for path in folder.glob("*.png"):
         shutil.copy(path, SCREENSHOTS)
     said = done.stdout + done.stderr
     assert (folder / "report.json").exists(), said
     assert "Traceback" not in said, said
-    return Screen(folder)
 
 
 def test_nothing_is_drawn_before_a_tree_is_built(screen: Screen) -> None:

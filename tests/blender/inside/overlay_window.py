@@ -114,11 +114,9 @@ def steps() -> Iterator[None]:
     chosen.shown = "nothing"
     report["node"] = trees.selected
     place = w.region(viewport, "UI")
-    for _ in range(30):
-        w.press("WHEELDOWNMOUSE", place.x + place.width // 3, place.y + place.height // 2)
+    w.scroll("WHEELDOWNMOUSE", 30, place)
     yield from snap("node")
-    for _ in range(60):
-        w.press("WHEELUPMOUSE", place.x + place.width // 3, place.y + place.height // 2)
+    w.scroll("WHEELUPMOUSE", 60, place)
     called("select_node", to="none")
     view.view_rotation = front
 

@@ -22,7 +22,7 @@ from mathutils import Quaternion
 MODULE = "bl_ext.user_default.bih"
 PAUSES_BETWEEN_LOOKS = 6
 PATIENCE = 400
-BORDER = (0.3, 0.7), (0.35, 0.65)
+BORDER = (0.3, 0.52), (0.35, 0.58)
 folder, rounds = sys.argv[sys.argv.index("--") + 1 :]
 report: dict[str, object] = {"shots": {}, "pages": []}
 last_shot: list[bytes] = []

@@ -8,6 +8,10 @@ from pathlib import Path
 
 import bpy
 
+ROW = 12
+"""Pixels: less than a button is high."""
+SCROLLS = 8
+
 
 def run(steps: Iterator[None], *, pause: float = 0.1, persistent: bool = False) -> None:
     """Each step in a call of a timer; after the last one, or an error, Blender quits. `persistent`: also when another
@@ -49,6 +53,42 @@ def press(kind: str, x: int = 400, y: int = 400) -> None:
     window().event_simulate(type="MOUSEMOVE", value="NOTHING", x=x, y=y)
     window().event_simulate(type=kind, value="PRESS", x=x, y=y)
     window().event_simulate(type=kind, value="RELEASE", x=x, y=y)
+
+
+def click(command: str, of: bpy.types.Area, kind: str = "UI", across: float = 0.5) -> Iterator[None]:
+    """With the mouse, the button that calls this operator: it is looked for from the top of the region downwards, at a
+    share of its width."""
+    place = region(of, kind)
+    x = place.x + int(across * place.width)
+    scroll("WHEELUPMOUSE", 10 * SCROLLS, place)
+    yield from drawn()
+    for _ in range(SCROLLS):
+        for y in range(place.y + place.height - ROW, place.y + ROW, -ROW):
+            window().event_simulate(type="MOUSEMOVE", value="NOTHING", x=x, y=y)
+            # The button that was under the mouse before is left one step late.
+            yield
+            yield
+            if command_under_the_mouse(of, place) == command:
+                press("LEFTMOUSE", x, y)
+                yield
+                return
+        scroll("WHEELDOWNMOUSE", 10, place)
+        yield from drawn()
+    raise AssertionError(f"no button calls {command}")
+
+
+def scroll(wheel: str, times: int, place: bpy.types.Region) -> None:
+    for _ in range(times):
+        press(wheel, place.x + place.width // 3, place.y + place.height // 2)
+
+
+def command_under_the_mouse(of: bpy.types.Area, within_region: bpy.types.Region) -> str:
+    """As Blender's own "Copy Python Command" has it; empty where there is no button of an operator."""
+    with bpy.context.temp_override(window=window(), area=of, region=within_region):
+        if not bpy.ops.ui.copy_python_command_button.poll():
+            return ""
+        bpy.ops.ui.copy_python_command_button()
+    return str(bpy.context.window_manager.clipboard)
 
 
 def drawn(times: int = 3) -> Iterator[None]:
