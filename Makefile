@@ -82,7 +82,7 @@ types: $(VENV)/.tests $(VENV)/.bihtree
 	$(BIN)/python -m mypy.stubtest bihtree
 
 test-rust: | test-machine
-	cd native && cargo test --quiet --locked --release
+	cd native && cargo test --quiet --locked --profile checks
 
 test-harness: | test-machine
 	cd benchmarks/harness && cargo test --quiet --locked --release --target-dir $(HARNESS)
@@ -111,7 +111,7 @@ stress: export PROPTEST_CASES := 20000
 stress: $(VENV)/.tests $(VENV)/.bihtree
 	$(BIN)/python -m pytest --quiet tests/cases tests/native/test_integer_lattice.py tests/native/test_oracle.py
 	$(BIN)/python -m tests.sweep_table build/stress
-	cd native && cargo test --quiet --locked --release --package bih-core --test agreement
+	cd native && cargo test --quiet --locked --profile checks --package bih-core --test agreement
 	@$(MAKE) --no-print-directory mutations
 
 mutations: $(VENV)/.tests
@@ -160,7 +160,7 @@ $(VENV)/.tests: requirements-dev.lock $(VENV)/.python
 
 # The wheel is for this machine alone, so nobody need check what else it would run on.
 $(VENV)/.bihtree: $(NATIVE) $(VENV)/.python
-	@echo "Building bihtree (a minute or two)"
+	@echo "Building bihtree (four minutes or so)"
 	@rm -rf build/wheels
 	@$(BIN)/maturin build --manifest-path native/bih-python/Cargo.toml --release --locked --auditwheel skip \
 		--out build/wheels > build/bihtree.log 2>&1 || { cat build/bihtree.log >&2; exit 1; }

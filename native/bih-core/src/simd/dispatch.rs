@@ -39,3 +39,23 @@ pub fn dispatch_to<K: Kernel>(set: InstructionSet, kernel: K) -> K::Output {
         _ => kernel.run::<Scalar>(),
     }
 }
+
+/// The same, but in AVX2 where AVX-512 is asked for. What that has over AVX2 serves rays in flight and in packets; other
+/// kernels are not compiled once more for it.
+#[cfg_attr(
+    target_arch = "x86_64",
+    expect(unsafe_code, reason = "intrinsics may run only where the processor has them")
+)]
+pub fn dispatch_common_to<K: Kernel>(set: InstructionSet, kernel: K) -> K::Output {
+    assert!(instruction_sets().contains(&set), "{} is not there", set.name());
+    match set {
+        // SAFETY: the processor has it.
+        #[cfg(target_arch = "x86_64")]
+        InstructionSet::Avx512 | InstructionSet::Avx2 if super::avx2::is_available() => unsafe {
+            super::avx2::run(kernel)
+        },
+        #[cfg(all(target_arch = "aarch64", target_endian = "little"))]
+        InstructionSet::Neon => kernel.run::<super::neon::Neon>(),
+        _ => kernel.run::<Scalar>(),
+    }
+}

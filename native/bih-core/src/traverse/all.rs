@@ -18,7 +18,7 @@ use crate::error::Error;
 use crate::geometry::{Corners, Ray, Triangles};
 use crate::intersect::{Distance, RayTest, SingleHit, SingleRay};
 use crate::memory::Allowance;
-use crate::simd::{Kernel, Lanes, dispatch_to};
+use crate::simd::{Kernel, Lanes, dispatch_common_to};
 use crate::tree::Tree;
 
 impl Tracer<'_> {
@@ -26,7 +26,7 @@ impl Tracer<'_> {
     /// of each; none for an invalid ray. An error where memory for them is refused.
     pub fn all(&self, rays: &[Ray], most: usize, stack: &mut Stack, lists: &mut Lists) -> Result<(), Error> {
         let (first, mut start) = (lists.ends.len(), lists.hits.len());
-        dispatch_to(self.set, All { tracer: self, rays, most, stack, lists })?;
+        dispatch_common_to(self.set, All { tracer: self, rays, most, stack, lists })?;
         let Lists { hits, ends, .. } = lists;
         if self.tree.precision == Precision::Exact {
             for (ray, &end) in rays.iter().zip(&ends[first..]) {

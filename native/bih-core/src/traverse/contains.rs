@@ -12,7 +12,7 @@ use crate::control::{Cancelled, Control};
 use crate::error::Error;
 use crate::geometry::{Corners, Triangles, Vector};
 use crate::intersect::{PointTest, Sight};
-use crate::simd::{Kernel, Lanes, dispatch_to};
+use crate::simd::{Kernel, Lanes, dispatch_common_to};
 use crate::tree::Tree;
 
 /// Whether each point is inside the surface or on it, on all threads of the pool that the caller runs in. Not so a point
@@ -38,7 +38,7 @@ impl Tracer<'_> {
     /// Whether each point is inside the surface or on it.
     pub fn contains(&self, points: &[Vector], stack: &mut Stack, answers: &mut [bool]) {
         assert_eq!(points.len(), answers.len());
-        dispatch_to(self.set, Contains { tracer: self, points, stack, answers });
+        dispatch_common_to(self.set, Contains { tracer: self, points, stack, answers });
     }
 }
 

@@ -6,7 +6,7 @@ use super::every::{Visitor, every};
 use super::trace::Tracer;
 use crate::geometry::{Corners, Ray, Triangles};
 use crate::intersect::{Distance, RayTest};
-use crate::simd::{Kernel, Lanes, dispatch_to};
+use crate::simd::{Kernel, Lanes, dispatch_common_to};
 use crate::tree::Tree;
 
 impl Tracer<'_> {
@@ -14,7 +14,7 @@ impl Tracer<'_> {
     /// invalid ray.
     pub fn count(&self, rays: &[Ray], stack: &mut Stack, counts: &mut [i32]) {
         assert_eq!(rays.len(), counts.len());
-        dispatch_to(self.set, Count { tracer: self, rays, stack, counts });
+        dispatch_common_to(self.set, Count { tracer: self, rays, stack, counts });
     }
 }
 

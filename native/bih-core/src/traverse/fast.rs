@@ -15,8 +15,8 @@ impl SingleRay {
         Self {
             origin: ray.origin.map(|x| x as f32),
             direction: ray.direction.map(|x| x as f32),
-            t_min: round_up(ray.t_min).max(f32::MIN),
-            t_max: round_down(ray.t_max).min(f32::MAX),
+            t_min: exactly(ray.t_min).unwrap_or_else(|| round_up(ray.t_min)).max(f32::MIN),
+            t_max: exactly(ray.t_max).unwrap_or_else(|| round_down(ray.t_max)).min(f32::MAX),
         }
     }
 
@@ -45,6 +45,13 @@ impl SingleRay {
         let is_within = L::splat(self.t_min).at_most(met).and(t.at_most(L::splat(self.t_max)));
         (is_within.and(meeting.is_inside()).bits() & leaf.lanes(), t, meeting)
     }
+}
+
+/// A number of single precision, as the ends of most rays are.
+#[inline(always)]
+fn exactly(x: f64) -> Option<f32> {
+    let rounded = x as f32;
+    (f64::from(rounded) == x).then_some(rounded)
 }
 
 #[inline(always)]

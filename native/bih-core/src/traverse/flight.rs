@@ -125,19 +125,21 @@ fn fly<L: Lanes, S: Search, R: Rays<S::Answer>>(scene: &Scene, rays: &mut R) {
         }
         return;
     }
-    let Some(first) = start::<S, R>(scene, rays) else { return };
-    let mut flying = [first; RAYS];
     let mut space = Record::EMPTY;
     let mut stacks = Postponed::new(RAYS, scene.depth());
     let mut queues = Queues { records: Queue::new(), leaves: Queue::new(), special: Queue::new() };
-    flying[0].end = stacks.start(0);
-    queues.records.add_if(true, 0);
-    for (place, slot) in flying.iter_mut().enumerate().skip(1) {
-        let Some(ray) = start::<S, R>(scene, rays) else { break };
-        *slot = Flying { end: stacks.start(place), ..ray };
+    // No ray is on its way yet.
+    let nowhere = Ray::new([0.0; 3], [1.0; 3]);
+    let slab = Slab::nowhere();
+    let mut flying = [Flying { slab, search: S::new(&nowhere, scene), number: 0, word: DONE, end: 0 }; RAYS];
+    for (place, slot) in flying.iter_mut().enumerate() {
+        if !start::<S, R>(scene, rays, slot, stacks.start(place)) {
+            break;
+        }
         queues.records.add_if(true, place);
     }
     while queues.records.len | queues.leaves.len | queues.special.len > 0 {
+        let mut entries = stacks.entries();
         // A queue is filled again from its start while it is read: no more is added than was read.
         for place in 0..std::mem::take(&mut queues.records.len) {
             let number = queues.records.get(place);
@@ -145,15 +147,15 @@ fn fly<L: Lanes, S: Search, R: Rays<S::Answer>>(scene: &Scene, rays: &mut R) {
             let record = scene.record::<L>(ray.word, &mut space);
             let limit = ray.search.limit();
             // First of all whether there is room: a check in between splits loads from their use.
-            let (nears, words) = stacks.room(ray.end);
+            let (nears, words) = entries.room(ray.end);
             let (near, far) = ray.slab.clip::<L>(record, limit);
             let order = record.order(ray.slab.octant());
             let places = near.push(far, record.words(), order, nears, words);
             (ray.word, ray.end) = if scene.is_ordered {
-                stacks.next(ray.end, places, record.last(order, places), limit)
+                entries.next(ray.end, places, record.last(order, places), limit)
             } else {
                 sort(nears, words, places);
-                stacks.pop(ray.end + places.count_ones(), limit)
+                entries.pop(ray.end + places.count_ones(), limit)
             };
             scene.prefetch(ray.word);
             queues.add(number, ray.word);
@@ -166,9 +168,9 @@ fn fly<L: Lanes, S: Search, R: Rays<S::Answer>>(scene: &Scene, rays: &mut R) {
         for place in 0..std::mem::take(&mut queues.leaves.len) {
             let number = queues.leaves.get(place);
             let ray = &mut flying[number % RAYS];
-            let is_known = ray.search.test::<L>(scene, Leaf::new(ray.word), stacks.near(ray.end));
-            let end = select_unpredictable(is_known, stacks.start(number), ray.end);
-            (ray.word, ray.end) = stacks.pop(end, ray.search.limit());
+            let is_known = ray.search.test::<L>(scene, Leaf::new(ray.word), entries.near(ray.end));
+            let end = select_unpredictable(is_known, entries.start(number), ray.end);
+            (ray.word, ray.end) = entries.pop(end, ray.search.limit());
             scene.prefetch(ray.word);
             queues.add(number, ray.word);
         }
@@ -189,10 +191,8 @@ fn fly<L: Lanes, S: Search, R: Rays<S::Answer>>(scene: &Scene, rays: &mut R) {
                 continue;
             }
             rays.answer(ray.number, ray.search.answer(scene));
-            if let Some(next) = start::<S, R>(scene, rays) {
-                *ray = Flying { end: stacks.start(number), ..next };
-                queues.records.add_if(true, number);
-            }
+            let is_next = start::<S, R>(scene, rays, ray, entries.start(number));
+            queues.records.add_if(is_next, number);
         }
         if has_entered && scene.depth() > stacks.depth() {
             deepen(scene, &mut stacks, &mut flying);
@@ -215,16 +215,17 @@ fn deepen<S>(scene: &Scene, stacks: &mut Postponed, flying: &mut [Flying<S>; RAY
     }
 }
 
-/// The next ray that single precision has room for; others are traced at once.
+/// Put the next ray that single precision has room for into a slot; others are traced at once. Whether there is one.
 #[inline(always)]
-fn start<S: Search, R: Rays<S::Answer>>(scene: &Scene, rays: &mut R) -> Option<Flying<S>> {
-    loop {
-        let (number, ray) = rays.next()?;
+fn start<S: Search, R: Rays<S::Answer>>(scene: &Scene, rays: &mut R, slot: &mut Flying<S>, end: u32) -> bool {
+    while let Some((number, ray)) = rays.next() {
         let mut search = S::new(&ray, scene);
         if let Some(slab) = search.slab(&ray, scene) {
-            return Some(Flying { slab, search, number, word: 0, end: 0 });
+            *slot = Flying { slab, search, number, word: 0, end };
+            return true;
         }
         walk_slowly::<S, Uncounted>(scene, &mut search, &mut Postponed::default(), &mut Uncounted);
         rays.answer(number, search.answer(scene));
     }
+    false
 }

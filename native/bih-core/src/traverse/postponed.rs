@@ -81,7 +81,36 @@ impl Postponed {
     /// The end of the empty stack of a ray.
     #[inline(always)]
     pub(super) fn start(&self, ray: usize) -> u32 {
-        (ray * self.stride) as u32 + 1
+        start(ray, self.stride)
+    }
+
+    /// The entries, as long as no stack gets more room.
+    #[inline(always)]
+    pub(super) fn entries(&mut self) -> Entries<'_> {
+        // Cut to one length, so that one check is enough for both.
+        let length = self.nears.len().min(self.words.len());
+        Entries { nears: &mut self.nears[..length], words: &mut self.words[..length], stride: self.stride }
+    }
+}
+
+/// The entries of all stacks.
+pub(super) struct Entries<'a> {
+    nears: &'a mut [f32],
+    words: &'a mut [u32],
+    stride: usize,
+}
+
+/// The end of an empty stack: behind the entry at its bottom.
+#[inline(always)]
+fn start(ray: usize, stride: usize) -> u32 {
+    (ray * stride) as u32 + 1
+}
+
+impl Entries<'_> {
+    /// The end of the empty stack of a ray.
+    #[inline(always)]
+    pub(super) fn start(&self, ray: usize) -> u32 {
+        start(ray, self.stride)
     }
 
     /// Where the children of a record go.

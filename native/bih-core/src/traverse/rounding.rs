@@ -5,7 +5,7 @@ use super::{Hit, Tracer};
 use crate::build::Precision;
 use crate::geometry::{Corners, Ray};
 use crate::intersect::{Distance, RayTest, clamped, located_quickly, rounded, rounded_quickly};
-use crate::simd::{Kernel, Lanes, dispatch_to};
+use crate::simd::{Kernel, Lanes, dispatch_common_to};
 
 /// Hits that are rounded together: their numbers fit into the first-level cache.
 const TOGETHER: usize = 64;
@@ -19,7 +19,7 @@ pub(super) fn round_hits(tracer: &Tracer, rays: &[Ray], hits: &mut [Option<Hit>]
         Precision::Exact => false,
     };
     if !are_known {
-        dispatch_to(tracer.set, Rounding { tracer, rays, hits });
+        dispatch_common_to(tracer.set, Rounding { tracer, rays, hits });
     }
 }
 

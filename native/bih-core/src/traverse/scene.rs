@@ -18,6 +18,15 @@ pub(super) struct Scene<'a> {
     pub is_small: bool,
     /// Whether the records know in which order a ray meets their children.
     pub is_ordered: bool,
+    /// What is asked for ahead: records, then what is read of leaves.
+    ahead: [Ahead; 2],
+}
+
+/// Where things are, and how many bytes each of them takes.
+#[derive(Debug, Clone, Copy)]
+struct Ahead {
+    start: *const u8,
+    stride: usize,
 }
 
 /// A leaf's range of references, 1 to 8 of them.
@@ -45,7 +54,20 @@ impl Leaf {
 
 impl<'a> Scene<'a> {
     pub(super) fn new(wide: &'a Wide, tree: &'a Tree, triangles: &'a Triangles<'a>) -> Self {
-        Self { wide, tree, triangles, is_small: slab::is_small(&tree.bounds), is_ordered: wide.records.are_ordered() }
+        let Wide { records, rows, copies, .. } = wide;
+        let leaves = match copies {
+            Some(copies) => Ahead { start: copies.visits_start(), stride: size_of::<u32>() },
+            None if rows.is_empty() => Ahead { start: tree.order.start().cast(), stride: size_of::<u32>() },
+            None => Ahead { start: rows.start().cast(), stride: 9 * size_of::<f32>() },
+        };
+        Self {
+            wide,
+            tree,
+            triangles,
+            is_small: slab::is_small(&tree.bounds),
+            is_ordered: records.are_ordered(),
+            ahead: [Ahead { start: records.start(), stride: records.stride() }, leaves],
+        }
     }
 
     #[inline(always)]
@@ -116,23 +138,10 @@ impl<'a> Scene<'a> {
         (leaf.first..leaf.first + leaf.count).map(|reference| self.triangles.corners(self.row(reference)))
     }
 
-    /// Tell the processor what is read next; without a branch, which could not be predicted.
+    /// Tell the processor what is read next; by a table, since a branch on what it is could not be predicted.
     #[inline(always)]
     pub(super) fn prefetch(&self, word: u32) {
-        let Wide { records, rows, copies, .. } = self.wide;
-        let (start, stride) = if Child::is_leaf(word) {
-            // Which of these it is, is the same for all leaves.
-            if let Some(copies) = copies {
-                return copies.prefetch_visit(Child::index(word));
-            }
-            if rows.is_empty() {
-                (self.tree.order.start().cast(), size_of::<u32>())
-            } else {
-                (rows.start().cast(), 9 * size_of::<f32>())
-            }
-        } else {
-            (records.start(), records.stride())
-        };
+        let Ahead { start, stride } = self.ahead[usize::from(Child::is_leaf(word))];
         prefetch_at::<4>(start.wrapping_add(stride * Child::index(word)));
     }
 

@@ -19,89 +19,95 @@ const RECIPROCALS: std::ops::Range<f32> = 2.0 * f32::MIN_POSITIVE..f32::MAX / 2.
 /// A ray as the boxes see it: scalars, which are spread over the lanes where they are used.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Slab {
-    axes: [Axis; 3],
+    /// Where it enters boxes.
+    near: Side,
+    /// Where it leaves them.
+    far: Side,
     t_min: f32,
     /// Bit 0 is set where the ray runs towards smaller x, bit 1 for y, bit 2 for z.
     octant: u32,
 }
 
-/// A ray along one axis: what subtracts from planes and what multiplies the difference, where the ray enters a box and
-/// where it leaves it.
+/// A number for each axis, and one that nobody reads: the compiler makes one vector of them, where three would go through
+/// memory one after another.
+type Four = [f32; 4];
+
+/// What subtracts from the planes across each axis, what multiplies the difference, and which planes these are.
 #[derive(Debug, Clone, Copy)]
-struct Axis {
-    near_origin: f32,
-    near_reciprocal: f32,
-    far_origin: f32,
-    far_reciprocal: f32,
-    near_planes: Planes,
-    far_planes: Planes,
+struct Side {
+    origins: Four,
+    reciprocals: Four,
+    planes: [Planes; 3],
 }
 
-/// A row of `Record::planes`; as an enumeration it needs no check whether it is one.
+/// Where a row of `Record::planes` begins; as an enumeration it needs no check whether one does.
 #[derive(Debug, Clone, Copy)]
 #[repr(u16)]
 enum Planes {
-    LowerX,
-    LowerY,
-    LowerZ,
-    UpperX,
-    UpperY,
-    UpperZ,
+    LowerX = 0,
+    LowerY = 8,
+    LowerZ = 16,
+    UpperX = 24,
+    UpperY = 32,
+    UpperZ = 40,
 }
 
-const LOWER: [Planes; 3] = [Planes::LowerX, Planes::LowerY, Planes::LowerZ];
-const UPPER: [Planes; 3] = [Planes::UpperX, Planes::UpperY, Planes::UpperZ];
-
-impl Axis {
-    /// An axis of a ray of double precision: the plane where a box is entered must not seem further away than it is, nor
-    /// the other one nearer.
-    #[inline(always)]
-    fn new(ray: &Ray, axis: usize) -> Self {
-        Self::between(axis, [ray.origin[axis]; 2], ray.direction[axis])
+/// For each octant those through which rays enter, then those through which they leave.
+static PLANES: [[[Planes; 3]; 2]; 8] = {
+    let (lower, upper) =
+        ([Planes::LowerX, Planes::LowerY, Planes::LowerZ], [Planes::UpperX, Planes::UpperY, Planes::UpperZ]);
+    let mut planes = [[lower, upper]; 8];
+    let mut bit = 0;
+    while bit < 24 {
+        let (octant, axis) = (bit / 3, bit % 3);
+        if octant >> axis & 1 != 0 {
+            planes[octant][0][axis] = upper[axis];
+            planes[octant][1][axis] = lower[axis];
+        }
+        bit += 1;
     }
+    planes
+};
 
-    /// The same where the origin is somewhere between two coordinates.
+impl Planes {
     #[inline(always)]
-    fn between(axis: usize, [least, greatest]: [f64; 2], direction: f64) -> Self {
-        let [lower, upper] = [round_down(least), round_up(greatest)];
-        let is_negative = direction.is_sign_negative();
-        let origins = if is_negative { [lower, upper] } else { [upper, lower] };
-        Self::of(axis, is_negative, origins, padded((1.0 / direction) as f32, direction))
-    }
-
-    /// An axis of a ray of single precision.
-    #[inline(always)]
-    fn single(ray: &SingleRay, axis: usize) -> Self {
-        let direction = ray.direction[axis];
-        let reciprocal = 1.0 / direction;
-        Self::of(axis, direction.is_sign_negative(), [ray.origin[axis]; 2], padded(reciprocal, f64::from(direction)))
-    }
-
-    #[inline(always)]
-    fn of(axis: usize, is_negative: bool, origins: [f32; 2], reciprocals: [f32; 2]) -> Self {
-        let [near_origin, far_origin] = origins;
-        let [near_reciprocal, far_reciprocal] = reciprocals;
-        let near_planes = if is_negative { UPPER[axis] } else { LOWER[axis] };
-        let far_planes = if is_negative { LOWER[axis] } else { UPPER[axis] };
-        Self { near_origin, near_reciprocal, far_origin, far_reciprocal, near_planes, far_planes }
+    fn of<L: Lanes>(self, record: &Record) -> L {
+        let start = self as usize;
+        L::load(record.planes().as_flattened()[start..].first_chunk().expect("eight rows"))
     }
 }
 
-/// A rounded reciprocal of a direction, so much nearer to zero and further from it that it makes up for its rounding and
-/// for the three that follow.
+/// Rounded reciprocals of directions, so much nearer to zero and further from it that it makes up for their rounding and for
+/// the three that follow.
 #[inline(always)]
-fn padded(reciprocal: f32, direction: f64) -> [f32; 2] {
-    if RECIPROCALS.contains(&reciprocal.abs()) {
-        [reciprocal * (1.0 - 2.0 * f32::EPSILON), reciprocal * (1.0 + 3.0 * f32::EPSILON)]
+fn padded(reciprocals: Four, directions: [f64; 3]) -> [Four; 2] {
+    let are_usual =
+        reciprocals.iter().fold(true, |all, x| all & (x.abs() >= RECIPROCALS.start) & (x.abs() < RECIPROCALS.end));
+    if are_usual {
+        [reciprocals.map(|x| x * (1.0 - 2.0 * f32::EPSILON)), reciprocals.map(|x| x * (1.0 + 3.0 * f32::EPSILON))]
     } else {
-        reciprocals(direction)
+        unusual(reciprocals, directions)
     }
 }
 
-/// The same where that could overflow or underflow.
+/// The same where one of them could overflow or underflow.
 #[cold]
 #[inline(never)]
-fn reciprocals(direction: f64) -> [f32; 2] {
+fn unusual(reciprocals: Four, directions: [f64; 3]) -> [Four; 2] {
+    let mut sides = [[1.0; 4]; 2];
+    for (axis, direction) in directions.into_iter().enumerate() {
+        let reciprocal = reciprocals[axis];
+        let [near, far] = if RECIPROCALS.contains(&reciprocal.abs()) {
+            [reciprocal * (1.0 - 2.0 * f32::EPSILON), reciprocal * (1.0 + 3.0 * f32::EPSILON)]
+        } else {
+            unusual_one(direction)
+        };
+        (sides[0][axis], sides[1][axis]) = (near, far);
+    }
+    sides
+}
+
+fn unusual_one(direction: f64) -> [f32; 2] {
     let magnitude = (1.0 / direction).abs();
     let [near, far] = if direction == 0.0 {
         [f32::INFINITY; 2]
@@ -119,20 +125,46 @@ fn octant(is_negative: [bool; 3]) -> u32 {
 }
 
 impl Slab {
+    #[inline(always)]
+    fn of(octant: u32, origins: [Four; 2], reciprocals: [Four; 2], t_min: f32) -> Self {
+        let [near, far] = PLANES[octant as usize & 7];
+        Self {
+            near: Side { origins: origins[0], reciprocals: reciprocals[0], planes: near },
+            far: Side { origins: origins[1], reciprocals: reciprocals[1], planes: far },
+            t_min,
+            octant,
+        }
+    }
+
+    /// Of no ray.
+    pub(super) fn nowhere() -> Self {
+        Self::of(0, [[0.0; 4]; 2], [[1.0; 4]; 2], 0.0)
+    }
+
+    /// A ray of double precision whose origin is somewhere between two corners: the plane where a box is entered must not
+    /// seem further away than it is, nor the other one nearer.
+    #[inline(always)]
+    fn between(least: [f64; 3], greatest: [f64; 3], ray: &Ray) -> Self {
+        let is_negative = ray.direction.map(f64::is_sign_negative);
+        let mut origins = [[0.0; 4]; 2];
+        let mut reciprocals = [1.0; 4];
+        for axis in 0..3 {
+            let (lower, upper) = (round_down(least[axis]), round_up(greatest[axis]));
+            origins[0][axis] = if is_negative[axis] { lower } else { upper };
+            origins[1][axis] = if is_negative[axis] { upper } else { lower };
+            reciprocals[axis] = (1.0 / ray.direction[axis]) as f32;
+        }
+        Self::of(octant(is_negative), origins, padded(reciprocals, ray.direction), round_down(ray.t_min))
+    }
+
     /// None where single precision might lose a hit: t may be negative, or coordinates overflow.
     #[inline(always)]
     pub(super) fn new(ray: &Ray, scene: &Scene) -> Option<Self> {
         let is_near = ray.origin.iter().all(|x| x.abs() < f64::from(RANGE));
-        // Written out: a loop over the axes would build the slab in memory, and copying what was just stored in pieces
-        // stalls.
         if !(ray.t_min >= 0.0 && is_near && scene.is_small) {
             return None;
         }
-        Some(Self {
-            axes: [Axis::new(ray, 0), Axis::new(ray, 1), Axis::new(ray, 2)],
-            t_min: round_down(ray.t_min),
-            octant: octant(ray.direction.map(f64::is_sign_negative)),
-        })
+        Some(Self::between(ray.origin, ray.origin, ray))
     }
 
     /// The same where the ray is known up to its spread.
@@ -143,31 +175,25 @@ impl Slab {
         if !(ray.t_min >= 0.0 && is_near && scene.is_small) {
             return None;
         }
-        let [dx, dy, dz] = ray.direction;
-        Some(Self {
-            axes: [
-                Axis::between(0, aim.origins(0), dx),
-                Axis::between(1, aim.origins(1), dy),
-                Axis::between(2, aim.origins(2), dz),
-            ],
-            t_min: round_down(ray.t_min),
-            octant: octant(ray.direction.map(f64::is_sign_negative)),
-        })
+        let [x, y, z] = [0, 1, 2].map(|axis| aim.origins(axis));
+        Some(Self::between([x[0], y[0], z[0]], [x[1], y[1], z[1]], ray))
     }
 
     /// The same for a ray that is all of single precision. An infinite direction says nothing of any box, and so would find
     /// a child in every lane.
     #[inline(always)]
     pub(super) fn single(ray: &SingleRay, scene: &Scene) -> Option<Self> {
-        let is_near = ray.origin.iter().all(|x| x.abs() < RANGE) && ray.direction.iter().all(|x| x.is_finite());
-        if !(ray.t_min >= 0.0 && is_near && scene.is_small) {
+        let ([ox, oy, oz], [dx, dy, dz]) = (ray.origin, ray.direction);
+        // All at once: nearly every ray passes them all.
+        let is_near = (ox.abs() < RANGE) & (oy.abs() < RANGE) & (oz.abs() < RANGE);
+        let is_finite = dx.is_finite() & dy.is_finite() & dz.is_finite();
+        if !(is_near & is_finite & (ray.t_min >= 0.0) & scene.is_small) {
             return None;
         }
-        Some(Self {
-            axes: [Axis::single(ray, 0), Axis::single(ray, 1), Axis::single(ray, 2)],
-            t_min: ray.t_min,
-            octant: octant(ray.direction.map(f32::is_sign_negative)),
-        })
+        let reciprocals = [dx, dy, dz, 1.0].map(|x| 1.0 / x);
+        let octant = octant(ray.direction.map(f32::is_sign_negative));
+        let sides = padded(reciprocals, ray.direction.map(f64::from));
+        Some(Self::of(octant, [[ox, oy, oz, 0.0]; 2], sides, ray.t_min))
     }
 
     /// Where the ray runs.
@@ -180,15 +206,14 @@ impl Slab {
     /// those that it leaves no earlier than it enters.
     #[inline(always)]
     pub(super) fn clip<L: Lanes>(&self, record: &Record, limit: f32) -> (L, L) {
-        let planes = record.planes();
         let mut near = L::splat(self.t_min);
         let mut far = L::splat(limit);
-        for axis in &self.axes {
+        for axis in 0..3 {
             // A ray in the plane of a side gives NaN, which the operand order passes over.
-            let enters = L::load(&planes[axis.near_planes as usize]).minus(L::splat(axis.near_origin));
-            near = enters.times(L::splat(axis.near_reciprocal)).maximum(near);
-            let leaves = L::load(&planes[axis.far_planes as usize]).minus(L::splat(axis.far_origin));
-            far = leaves.fused(L::splat(axis.far_reciprocal), L::splat(TINY)).minimum(far);
+            let enters = self.near.planes[axis].of::<L>(record).minus(L::splat(self.near.origins[axis]));
+            near = enters.times(L::splat(self.near.reciprocals[axis])).maximum(near);
+            let leaves = self.far.planes[axis].of::<L>(record).minus(L::splat(self.far.origins[axis]));
+            far = leaves.fused(L::splat(self.far.reciprocals[axis]), L::splat(TINY)).minimum(far);
         }
         (near, far)
     }

@@ -10,7 +10,7 @@ use super::rounding::round_hits;
 use super::scene::Scene;
 use super::{Counts, Decisions, Hit, Stack, Uncounted, closest, occlusion};
 use crate::geometry::{Ray, Triangles};
-use crate::simd::{InstructionSet, Kernel, Lanes, dispatch_to, instruction_sets};
+use crate::simd::{InstructionSet, Kernel, Lanes, dispatch_common_to, dispatch_to, instruction_sets};
 use crate::tree::Tree;
 
 /// How rays go through a tree. Through the paper's nodes they go alone, unless 2 × 2 are asked for.
@@ -76,7 +76,7 @@ impl<'a> Tracer<'a> {
     pub fn cost(&self, rays: &[Ray], stack: &mut Stack, counts: &mut [Counts]) {
         assert_eq!(rays.len(), counts.len());
         counts.fill(Counts::default());
-        dispatch_to(self.set, Cost { tracer: self, rays, stack, counts });
+        dispatch_common_to(self.set, Cost { tracer: self, rays, stack, counts });
     }
 
     /// How many tests of each ray the filters of exact decisions leave over; none for an invalid ray.

@@ -54,26 +54,28 @@ fn walk<L: Lanes, W: Walker, C: Counter>(
     let mut space = Record::EMPTY;
     let mut limit = walker.limit();
     let (mut word, mut end) = (0, stack.start(0));
+    let mut entries = stack.entries();
     loop {
         if Child::is_leaf(word) {
             counter.visit_node();
             let leaf = Leaf::new(word);
             counter.test_triangles(leaf.count);
-            if walker.test::<L>(scene, leaf, stack.near(end)) {
+            if walker.test::<L>(scene, leaf, entries.near(end)) {
                 return;
             }
             limit = walker.limit();
-            (word, end) = stack.pop(end, limit);
+            (word, end) = entries.pop(end, limit);
         } else if Child::is_special(word) {
             if word == DONE {
                 return;
             }
             (word, end) = enter::<C>(scene, stack, word, end, limit);
+            entries = stack.entries();
         } else {
             counter.visit_node();
             let record = scene.record::<L>(word, &mut space);
             let order = record.order(slab.octant());
-            let (nears, words) = stack.room(end);
+            let (nears, words) = entries.room(end);
             let (near, far) = slab.clip::<L>(record, limit);
             let places = near.push(far, record.words(), order, nears, words);
             (word, end) = if scene.is_ordered {
@@ -81,10 +83,10 @@ fn walk<L: Lanes, W: Walker, C: Counter>(
                 // Memory is asked for the second while the nearest is walked.
                 let others = places & !(1 << (places | 1).ilog2());
                 scene.prefetch(select_unpredictable(others != 0, record.last(order, others), 0));
-                stack.next(end, places, nearest, limit)
+                entries.next(end, places, nearest, limit)
             } else {
                 sort(nears, words, places);
-                stack.pop(end + places.count_ones(), limit)
+                entries.pop(end + places.count_ones(), limit)
             };
         }
     }
@@ -114,15 +116,16 @@ pub(super) fn walk_slowly<W: Walker, C: Counter>(
         if Child::is_leaf(word) {
             let leaf = Leaf::new(word);
             counter.test_triangles(leaf.count);
-            if walker.test::<Scalar>(scene, leaf, stack.near(end)) {
+            if walker.test::<Scalar>(scene, leaf, stack.entries().near(end)) {
                 return;
             }
         } else {
             let record = scene.record::<Scalar>(word, &mut space);
-            let (nears, words) = stack.room(end);
+            let mut entries = stack.entries();
+            let (nears, words) = entries.room(end);
             end += push_slowly(&crossing, &ray, walker.limit(), record, nears, words);
         }
-        (word, end) = stack.pop(end, walker.limit());
+        (word, end) = stack.entries().pop(end, walker.limit());
     }
 }
 
@@ -143,7 +146,7 @@ fn enter<C: Counter>(scene: &Scene, stack: &mut Postponed, word: u32, end: u32, 
                 return (word, end);
             }
             let end = stack.put_off(word, end);
-            stack.pop(end, limit)
+            stack.entries().pop(end, limit)
         }
     }
 }

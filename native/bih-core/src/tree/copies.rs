@@ -59,13 +59,12 @@ impl Copies {
         }
     }
 
-    /// Tell the processor that it is soon asked whether there is a copy.
-    #[inline(always)]
-    pub(crate) fn prefetch_visit(&self, first: usize) {
-        prefetch_at::<1>(self.visits.start().wrapping_add(first).cast());
+    /// Where it says whether there is a copy, a word for each reference, for who asks for memory ahead.
+    pub(crate) fn visits_start(&self) -> *const u8 {
+        self.visits.start().cast()
     }
 
-    /// The same of the copy, if there is one.
+    /// Tell the processor that the copy is soon read, if there is one.
     #[inline(always)]
     pub(crate) fn prefetch(&self, first: usize) {
         if let Some(place) = self.visits.copied(first) {
