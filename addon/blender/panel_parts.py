@@ -66,14 +66,14 @@ def draw_render_settings(layout: bpy.types.UILayout, chosen: BihSettings) -> Non
 
 
 def draw_whole(layout: bpy.types.UILayout, context: bpy.types.Context, *, with_picture: bool) -> None:
-    """The choices and the buttons, with or without those of the picture."""
+    """The choices and the buttons, which are seen without scrolling, with or without the choices of the picture."""
     is_whole = draw_missing(layout)
     draw_tree_settings(layout.column(), context)
-    if with_picture:
-        draw_render_settings(layout.column(), context.scene.bih)
     buttons = layout.column()
     buttons.enabled = is_whole
     draw_buttons(buttons, context.scene)
+    if with_picture:
+        draw_render_settings(layout.column(), context.scene.bih)
 
 
 def draw_buttons(layout: bpy.types.UILayout, scene: bpy.types.Scene) -> None:

@@ -99,7 +99,8 @@ def pick(context: bpy.types.Context, origin: Any, direction: Any) -> str:
     context.scene.bih_overlay.shown = "ray"
     redraw(context)
     what = f"hits triangle {trees.path.triangle:,}" if trees.path.is_hit else "hits nothing"
-    return f"BIH: the ray {what}; {trees.path.nodes:,} nodes visited, {trees.path.tests:,} triangles tested"
+    visited = f"{path.nodes:,} records or nodes visited, {path.tests:,} triangles tested"
+    return f"BIH: the ray {what}; {visited}"
 
 
 def select(context: bpy.types.Context, to: str) -> None:

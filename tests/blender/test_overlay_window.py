@@ -62,7 +62,7 @@ def in_a_window(folder: Path) -> None:
     install_into(folder / "profile")
     done = run(command, folder / "profile")
     SCREENSHOTS.mkdir(parents=True, exist_ok=True)
-    for path in folder.glob("*.png"):
+    for path in filter(Path.is_file, folder.iterdir()):
         shutil.copy(path, SCREENSHOTS)
     said = done.stdout + done.stderr
     assert (folder / "report.json").exists(), said
