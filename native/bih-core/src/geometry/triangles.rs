@@ -2,6 +2,7 @@
 
 use super::Vector;
 use crate::error::Error;
+use crate::simd::prefetch;
 
 /// The three vertices of a triangle.
 pub type Corners = [Vector; 3];
@@ -101,6 +102,35 @@ impl<'a> Triangles<'a> {
         self.rows
     }
 
+    /// Tell the processor that `prefetch_corners` comes next.
+    #[inline(always)]
+    pub(crate) fn prefetch_row(&self, row: u32) {
+        if let Some(rows) = self.rows {
+            prefetch::<1, _>(rows, row as usize);
+        }
+    }
+
+    /// Tell the processor that the corners of triangle `row` are read soon.
+    #[inline(always)]
+    pub(crate) fn prefetch_corners(&self, row: u32) {
+        for vertex in self.vertices_of(row) {
+            match self.vertices {
+                Vertices::F32(vertices) => prefetch::<1, _>(vertices, vertex),
+                Vertices::F64(vertices) => prefetch::<1, _>(vertices, vertex),
+            }
+        }
+    }
+
+    /// The rows of its vertices.
+    #[inline(always)]
+    fn vertices_of(&self, row: u32) -> [usize; 3] {
+        let row = row as usize;
+        match self.rows {
+            Some(rows) => rows.get(row).map_or([usize::MAX; 3], |r| r.map(|v| v as usize)),
+            None => [3 * row, 3 * row + 1, 3 * row + 2],
+        }
+    }
+
     /// The corners of triangle `row`, rounded to single precision.
     #[inline(always)]
     pub fn single_corners(&self, row: u32) -> [[f32; 3]; 3] {
@@ -116,11 +146,7 @@ impl<'a> Triangles<'a> {
     /// The corners of triangle `row`.
     #[inline(always)]
     pub fn corners(&self, row: u32) -> Corners {
-        let row = row as usize;
-        let [a, b, c] = match self.rows {
-            Some(rows) => rows.get(row).map_or([usize::MAX; 3], |r| r.map(|v| v as usize)),
-            None => [3 * row, 3 * row + 1, 3 * row + 2],
-        };
+        let [a, b, c] = self.vertices_of(row);
         [self.vertices.get(a), self.vertices.get(b), self.vertices.get(c)]
     }
 }

@@ -153,11 +153,20 @@ impl Distance {
 fn compare_exactly<T: Real>(first: &T, second: &T, test: &RayTest) -> (Ordering, Means) {
     if let (Some(one), Some(other)) = (first.doubles(), second.doubles()) {
         let order = test.axis().and_then(|axis| compare_along(axis, one, other, test));
+        let order = order.or_else(|| are_met_together(one, other, test).then_some(Ordering::Equal));
         if let Some(order) = order.or_else(|| pairs::compare_distances(one, other, &test.origin, &test.direction)) {
             return (order, Means::Pairs);
         }
     }
     exact::compare_distances(first, second, &test.origin, &test.direction)
+}
+
+/// Whether the line is known to meet both triangles, neither of which it is parallel to, at a corner or an edge that they
+/// share.
+fn are_met_together(first: &Corners, second: &Corners, test: &RayTest) -> bool {
+    let mut shared = first.iter().filter(|corner| second.contains(corner));
+    shared.clone().any(|corner| test.meets(corner))
+        || shared.next().zip(shared.next()).is_some_and(|(a, b)| test.is_level_with(a, b))
 }
 
 /// The same where a ray along an axis meets a corner of each, or an edge that both share.
@@ -263,6 +272,27 @@ mod tests {
                 }
                 assert_eq!(compare_along(2, &triangles[0], &triangles[1], &test), Some(Ordering::Equal));
             }
+        }
+    }
+
+    /// Two triangles that share a corner that the ray meets, or an edge that it crosses in a plane across an axis.
+    #[test]
+    fn triangles_that_are_met_together_are_as_far() {
+        let [a, b, c, d] = [[0.125, 0.25, 0.5], [0.75, 0.25, 0.875], [-0.25, 0.75, 0.375], [0.5, -0.875, -0.25]];
+        let triangles: [Corners; 3] = [[a, b, c], [b, a, d], [d, c, a]];
+        // All meet the corner a; two hold the edge from a to b.
+        for (target, direction, expected) in [(a, [0.5, 0.25, 2.0], 9), ([0.25; 3], [0.25, 0.0, 2.0], 4)] {
+            let origin: Vector = from_fn(|i| target[i] - 2.0 * direction[i]);
+            let test = RayTest::new(&Ray::new(origin, direction), &BOX);
+            let mut together = 0;
+            for (one, other) in triangles.iter().flat_map(|one| triangles.iter().map(move |other| (one, other))) {
+                if are_met_together(one, other, &test) {
+                    together += 1;
+                    let (truth, _) = exact::compare_distances(one, other, &origin, &direction);
+                    assert_eq!(truth, Ordering::Equal, "{one:?} {other:?} {direction:?}");
+                }
+            }
+            assert_eq!(together, expected);
         }
     }
 

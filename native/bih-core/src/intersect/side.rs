@@ -7,7 +7,7 @@ use super::watertight::UNDERFLOW;
 use super::{EPSILON, Means, exact};
 
 /// Products of two numbers between this and its inverse have a rounding error that is a number too.
-const SMALLEST: f64 = 1e-140;
+pub(super) const SMALLEST: f64 = 1e-140;
 
 /// A point of the plane.
 pub(super) type Place = [f64; 2];

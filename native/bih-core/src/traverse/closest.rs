@@ -42,12 +42,12 @@ impl Hit {
 /// The nearest triangle so far.
 #[derive(Debug, Clone, Copy)]
 struct Best {
-    row: u32,
+    reference: u32,
     corners: Corners,
     distance: Distance,
 }
 
-/// Finds the nearest of the triangles it is offered.
+/// Finds the nearest of the triangles it is offered: by their rows, or by references that rows are looked up by.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Nearest {
     ray: Ray,
@@ -67,7 +67,11 @@ impl Nearest {
     #[inline(always)]
     pub(super) fn resumed(ray: &Ray, tree: &Tree, best: Option<(u32, Corners)>) -> Self {
         let nearest = Self::new(ray, tree);
-        let best = best.map(|(row, corners)| Best { row, corners, distance: Distance::new(&nearest.test, &corners) });
+        let best = best.map(|(reference, corners)| Best {
+            reference,
+            corners,
+            distance: Distance::new(&nearest.test, &corners),
+        });
         Self { best, ..nearest }
     }
 
@@ -100,26 +104,28 @@ impl Nearest {
         means.max(of_ends[0]).max(of_ends[1]).max(of_best)
     }
 
-    /// Whether the triangle is the nearest so far.
+    /// Whether the triangle is the nearest so far. Its row is asked for only where another one is as near: looking it up
+    /// may mean waiting for memory.
     #[inline(always)]
-    pub(super) fn offer(&mut self, row: u32, corners: Corners) -> bool {
+    pub(super) fn offer(&mut self, reference: u32, corners: Corners, row: impl Fn(u32) -> u32) -> bool {
         if let Some(distance) = distance_within(&self.ray, &self.test, &corners) {
             let order = match &self.best {
-                Some(best) => {
-                    distance.compare(&corners, &best.distance, &best.corners, &self.test).then(row.cmp(&best.row))
-                }
+                Some(best) => distance
+                    .compare(&corners, &best.distance, &best.corners, &self.test)
+                    .then_with(|| row(reference).cmp(&row(best.reference))),
                 None => Ordering::Less,
             };
             if order == Ordering::Less {
-                self.best = Some(Best { row, corners, distance });
+                self.best = Some(Best { reference, corners, distance });
                 return true;
             }
         }
         false
     }
 
+    /// Where rows were offered.
     pub(super) fn hit(&self) -> Option<Hit> {
-        let Best { row, corners, distance } = self.best.as_ref()?;
+        let Best { reference: row, corners, distance } = self.best.as_ref()?;
         Some(if self.is_rounded_later {
             Hit { t: distance.t, triangle: *row, u: 0.0, v: 0.0 }
         } else {

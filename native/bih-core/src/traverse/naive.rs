@@ -17,7 +17,7 @@ pub fn naive_closest(tree: &Tree, triangles: &Triangles, ray: &Ray) -> Option<Hi
     }
     let mut nearest = Nearest::new(ray, tree);
     for row in tree.references() {
-        nearest.offer(row, triangles.corners(row));
+        nearest.offer(row, triangles.corners(row), |row| row);
     }
     let mut hit = [nearest.hit()];
     if tree.precision == Precision::Exact {

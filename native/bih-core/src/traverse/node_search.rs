@@ -47,7 +47,7 @@ impl NodeSearch for Nearest {
     #[inline(always)]
     fn test(&mut self, rows: &[u32], triangles: &Triangles) {
         for &row in rows {
-            self.offer(row, triangles.corners(row));
+            self.offer(row, triangles.corners(row), |row| row);
         }
     }
 

@@ -51,6 +51,10 @@ impl Kernel for Rounding<'_> {
         let mut columns = Columns { numbers: [[0.0; TOGETHER]; 15], answers: [[f64::NAN; TOGETHER]; 3] };
         let mut found = [0; TOGETHER];
         for (rays, hits) in self.rays.chunks(TOGETHER).zip(self.hits.chunks_mut(TOGETHER)) {
+            // Memory is waited for once, not hit by hit.
+            let triangle = || hits.iter().flatten().map(|hit| hit.triangle);
+            triangle().for_each(|row| triangles.prefetch_row(row));
+            triangle().for_each(|row| triangles.prefetch_corners(row));
             let mut count = 0;
             for (place, (ray, hit)) in rays.iter().zip(&*hits).enumerate() {
                 if let Some(hit) = hit {

@@ -69,11 +69,11 @@ impl Place {
         (self.count > 0).then(|| Hit { t: f64::from(limit), triangle: row(), u: 0.0, v: 0.0 })
     }
 
-    /// Its row and corners; none for none.
+    /// Its reference and corners; none for none.
     #[inline(always)]
     pub(super) fn triangle(self, scene: &Scene) -> Option<(u32, Corners)> {
         let (leaf, lane) = (Leaf { first: self.first as usize, count: self.count.into() }, usize::from(self.lane));
-        (self.count > 0).then(|| (scene.row(leaf.first + lane), scene.corners(leaf, lane)))
+        (self.count > 0).then(|| ((leaf.first + lane) as u32, scene.corners(leaf, lane)))
     }
 }
 
@@ -84,7 +84,7 @@ impl WatertightClosest {
     pub(super) fn doubtful<L: Lanes>(&mut self, scene: &Scene, leaf: Leaf) -> (bool, u8) {
         let Some(filter) = &self.filter else { return (false, leaf.lanes()) };
         let doubtful = match filter.known::<L>(scene, &self.ray, leaf, self.limit) {
-            Some(known) if self.take(&known, leaf) => 0,
+            Some(known) if self.take(&known, scene, leaf) => 0,
             Some(known) => known.possible,
             None => 0,
         };
@@ -99,10 +99,11 @@ impl WatertightClosest {
 
     /// Whether what is known tells which triangle is the nearest now. If so, it is taken.
     #[inline(always)]
-    fn take<L: Lanes>(&mut self, known: &Known<L>, leaf: Leaf) -> bool {
+    fn take<L: Lanes>(&mut self, known: &Known<L>, scene: &Scene, leaf: Leaf) -> bool {
         let Some((lane, low, high)) = known.first(self.low) else { return false };
         (self.low, self.limit) = (low, high);
         self.best = Place::new(leaf, lane);
+        scene.prefetch_row(leaf.first + lane);
         true
     }
 
@@ -112,8 +113,9 @@ impl WatertightClosest {
     pub(super) fn decide(&mut self, scene: &Scene, leaf: Leaf, lanes: u8) {
         let mut nearest = self.nearest(scene);
         for lane in bits(lanes) {
-            if nearest.offer(scene.row(leaf.first + lane), scene.corners(leaf, lane)) {
+            if nearest.offer((leaf.first + lane) as u32, scene.corners(leaf, lane), |place| scene.row(place as usize)) {
                 self.best = Place::new(leaf, lane);
+                scene.prefetch_row(leaf.first + lane);
             }
         }
         let [low, limit] = nearest.interval();

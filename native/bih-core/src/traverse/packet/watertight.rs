@@ -232,7 +232,7 @@ impl<'a, L: Lanes> Closest<'a, L> {
         let (scene, leaf) = (self.filter.scene, leaf(triangles));
         let mut nearest = self.nearest(WIDTH * group + ray);
         for lane in bits(lanes) {
-            if nearest.offer(scene.row(leaf.first + lane), scene.corners(leaf, lane)) {
+            if nearest.offer((leaf.first + lane) as u32, scene.corners(leaf, lane), |place| scene.row(place as usize)) {
                 self.best[WIDTH * group + ray] = Place::new(leaf, lane);
             }
         }
