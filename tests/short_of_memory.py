@@ -2,7 +2,8 @@
 
 Each work is tried with ever more memory beside what the process has, until it gets through. Whatever comes before must
 be an error that says how much was needed; then, with the limit gone, all answers are what they were. Prints how often
-each work was refused. `first-` before a work gives it a new tree on demand each time.
+each work was refused. A word before it gives it another subject, anew each time: `first-` a tree
+on demand, `new-` a tree, `placed-` a scene.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from typing import Any
 
 import bihtree
 import numpy as np
+from numpy.typing import NDArray
 
 from tests import meshes
 from tests.rays import around
@@ -30,7 +32,8 @@ SAID = re.compile(
     r"\d+ bytes (for|of memory)|Unable to allocate [\d.]+ .iB|threads: (\d+|none) could|Cannot allocate memory"
 )
 
-Work = Callable[[bihtree.Tree], Any]
+Subject = bihtree.Tree | bihtree.Scene
+Work = Callable[[Any], Any]
 
 
 def size() -> int:
@@ -39,11 +42,11 @@ def size() -> int:
     return int(fields["VmSize"].split()[0]) << 10
 
 
-def refusal(spare: int, work: Work, tree: bihtree.Tree) -> str:
+def refusal(spare: int, work: Work, subject: Subject) -> str:
     """The error of work that has so many bytes, or nothing."""
     resource.setrlimit(resource.RLIMIT_AS, (size() + spare, UNLIMITED[1]))
     try:
-        work(tree)
+        work(subject)
     except (MemoryError, bihtree.BihError, OSError) as error:
         return f"{type(error).__name__}: {error}"
     finally:
@@ -51,11 +54,11 @@ def refusal(spare: int, work: Work, tree: bihtree.Tree) -> str:
     return ""
 
 
-def refusals(name: str, work: Work, tree: Callable[[], bihtree.Tree], check: Work) -> int:
-    """How often work is refused; each try has a tree of its own."""
-    work(tree())
+def refusals(name: str, work: Work, made: Callable[[], Subject], check: Work) -> int:
+    """How often work is refused; each try has a subject of its own."""
+    work(made())
     for count in range(TRIES):
-        subject = tree()
+        subject = made()
         text = refusal(int(FIRST * FACTOR**count), work, subject)
         if not text:
             return count
@@ -69,6 +72,13 @@ def _built(variant: Variant, mesh: meshes.Triangles, _: bihtree.Tree) -> bihtree
     return variant.tree(*mesh)
 
 
+def places(side: int) -> NDArray[np.float64]:
+    """(side ** 2, 4, 4): next to each other, all within the unit square."""
+    matrices = np.tile(np.diag([1 / side, 1 / side, 0.5, 1.0]), (side * side, 1, 1))
+    matrices[:, :2, 3] = np.stack(np.divmod(np.arange(side * side), side), axis=1) / side
+    return matrices
+
+
 def main(names: list[str], folder: Path) -> None:
     mesh = meshes.terrain(220)
     eager = bihtree.Tree(*mesh, threads=2)
@@ -78,7 +88,10 @@ def main(names: list[str], folder: Path) -> None:
     eager.save(path)
     sheets = bihtree.Tree(*meshes.sheets(100_000), threads=2)
     one = np.array([[0.25, 0.25, -1]], np.float32), np.array([[0, 0, 1]], np.float32)
-    passes = ["combined", "depth", "normal", "position", "triangle"]
+    passes = ["combined", "depth", "normal", "position", "cost", "triangle"]
+    passes += ["instance", "object_index", "material_index"]
+    matrices = places(250)
+    moved = mesh.vertices + np.float32(0.25)
 
     works: dict[str, Work] = {
         "intersect": lambda tree: tree.intersect(*rays),
@@ -97,27 +110,39 @@ def main(names: list[str], folder: Path) -> None:
         "validate": lambda tree: tree.validate(),
         "rays": lambda _: camera.rays(),
         "build_all": lambda tree: tree.build_all(),
+        "refit": lambda tree: tree.refit(moved),
+        "set_matrices": lambda scene: scene.set_matrices(matrices[::-1]),
+        "instances": lambda tree: scene(tree),
     }
 
-    def answers(tree: bihtree.Tree) -> bytes:
-        hits = tree.intersect(rays.origins[:100], rays.directions[:100])
-        return b"".join(array.tobytes() for array in (hits.t, hits.triangle, hits.u, hits.v))
+    def scene(tree: bihtree.Tree = eager) -> bihtree.Scene:
+        return bihtree.Scene([tree], np.zeros(len(matrices), np.int32), matrices, threads=2)
 
-    before = answers(eager)
+    def answers(subject: Subject) -> bytes:
+        hits = subject.intersect(rays.origins[:100], rays.directions[:100])
+        numbers = [hits.t, hits.triangle, hits.u, hits.v]
+        numbers += [hits.instance] if isinstance(subject, bihtree.Scene) else []
+        return b"".join(array.tobytes() for array in numbers)
 
-    def check(tree: bihtree.Tree) -> None:
-        tree.validate()
-        assert answers(tree) == before
+    before = {bihtree.Tree: answers(eager), bihtree.Scene: answers(scene())}
+
+    def check(subject: Subject) -> None:
+        if isinstance(subject, bihtree.Tree):
+            subject.validate()
+        assert answers(subject) == before[type(subject)]
         assert os.listdir(folder) == ["tree"]
 
     for variant in VARIANTS + FAST_VARIANTS:
         works[f"build-{variant}"] = partial(_built, variant, mesh)
+    subjects: dict[str, Callable[[], Subject]] = {
+        "": lambda: eager,
+        "first": lambda: bihtree.Tree(*mesh, build="on_demand", threads=2),
+        "new": lambda: bihtree.Tree(*mesh, threads=2),
+        "placed": scene,
+    }
     for name in names:
-        if name.startswith("first-"):
-            work, tree = works[name.removeprefix("first-")], lambda: bihtree.Tree(*mesh, build="on_demand", threads=2)
-        else:
-            work, tree = works[name], lambda: eager
-        print(name, refusals(name, work, tree, check))
+        kind, _, rest = name.rpartition("-") if name.split("-")[0] in subjects else ("", "", name)
+        print(name, refusals(name, works[rest], subjects[kind], check))
     check(bihtree.Tree.load(path))
 
 

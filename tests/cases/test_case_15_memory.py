@@ -53,3 +53,17 @@ def test_on_demand(tmp_path):
     counts = refusals(works, tmp_path)
     assert set(counts) == set(works)
     assert all(counts[name] > 0 for name in ("first-intersect", "first-all", "first-render", "first-nodes")), counts
+
+
+def test_what_moves_stays_where_it_was(tmp_path):
+    works = ["new-refit", "placed-set_matrices", "instances"]
+    counts = refusals(works, tmp_path)
+    assert set(counts) == set(works)
+    assert all(count > 0 for count in counts.values()), counts
+
+
+def test_scenes(tmp_path):
+    works = ["placed-intersect", "placed-occluded", "placed-count", "placed-cost", "placed-render"]
+    counts = refusals(works, tmp_path)
+    assert set(counts) == set(works)
+    assert all(counts[name] > 0 for name in set(works) - {"placed-occluded", "placed-count"}), counts

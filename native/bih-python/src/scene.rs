@@ -4,6 +4,7 @@ use std::sync::{Arc, PoisonError, RwLock};
 
 use bih_core::build::Precision;
 use bih_core::instances::{Model, Scene as CoreScene, SceneHitLists, SceneHits, SceneTracer};
+use bih_core::memory::room;
 use bih_core::simd::FloatEnvironment;
 use bih_core::traverse::{Float, RayBatch};
 use bih_core::{Control, Error};
@@ -14,7 +15,7 @@ use pyo3::types::PyList;
 use rayon::ThreadPool;
 
 use crate::arrays::{Limit, as_array, converted, kind, wrong};
-use crate::errors::GeometryError;
+use crate::errors::{GeometryError, to_exception};
 use crate::hits::{HitLists, Hits};
 use crate::query::{Rays, SUPERVISED, few};
 use crate::stats::Stats;
@@ -303,6 +304,7 @@ fn read_rows(instances: &Bound<'_, PyAny>, trees: usize) -> PyResult<Vec<u32>> {
     if !matches!(array.shape(), [_]) || !(matches!(kind(&array), 'i' | 'u') || is_empty) {
         return wrong("instances", "(M,) integers", &array);
     }
+    room("the instances", (size_of::<i128>() + size_of::<u32>()) * array.len()).map_err(to_exception)?;
     let is_large = kind(&array) == 'u' && array.dtype().itemsize() == 8;
     let rows: Vec<i128> = if is_large {
         converted(&array, "uint64")?
@@ -355,5 +357,6 @@ fn read_matrices(matrices: &Bound<'_, PyAny>, instances: usize) -> PyResult<Matr
             return Err(GeometryError::new_err(text));
         }
     }
+    room("the matrices", size_of_val(matrices)).map_err(to_exception)?;
     Ok(matrices.to_vec())
 }
