@@ -109,26 +109,24 @@ def _decided(hits: Hits) -> Iterator[str]:
         return
     yield html.heading(3, "What it took to decide")
     yield html.paragraph(
-        f"Of the tests of rays against triangles in {WATERTIGHT}, which decides as {EXACT} does: how many each means "
-        "decided, because the one before it could not tell; and how many rays had such a test."
+        f"Tests of rays against triangles in {WATERTIGHT}, which decides as {EXACT} does. What one means cannot tell is "
+        "left to the next, from left to right. The share of tests that each decided:"
     )
-    _, double, pairs, whole, big = MEANS
     yield html.table(
-        ["rays", "tests a ray", *MEANS, f"rays that needed {double}", pairs, whole, big],
-        [
-            [
-                kind,
-                number(found.tests_a_ray),
-                *map(_share, found.tests.values()),
-                *map(_share, list(found.rays.values())[1:]),
-            ]
-            for kind, found in hits.decided.items()
-        ],
+        ["rays", "tests a ray", *MEANS],
+        [[kind, number(found.tests_a_ray), *map(_share, found.tests.values())] for kind, found in hits.decided.items()],
+    )
+    yield html.paragraph("The share of rays with a test that came to it:")
+    yield html.table(
+        ["rays", *MEANS[1:]],
+        [[kind, *map(_share, list(found.rays.values())[1:])] for kind, found in hits.decided.items()],
     )
 
 
 def _share(part: float) -> str:
-    return f"{number(100 * part)} %"
+    # Not all, however near to it: what is left is what the table is about.
+    text = f"{100 * part:.3f}" if 0.999 < part < 1.0 else number(100 * part)
+    return f"{text} %" if part > 0.0 else "none"
 
 
 def _worst(hits: Hits) -> Iterator[str]:
