@@ -109,8 +109,8 @@ def _decided(hits: Hits) -> Iterator[str]:
         return
     yield html.heading(3, "What it took to decide")
     yield html.paragraph(
-        f"Tests of rays against triangles in {WATERTIGHT}, which decides as {EXACT} does. What one means cannot tell is "
-        "left to the next, from left to right. The share of tests that each decided:"
+        f"Tests of rays against triangles in {WATERTIGHT}, which decides as {EXACT} does. What one means cannot tell "
+        "is left to the next, from left to right. The share of tests that each decided:"
     )
     yield html.table(
         ["rays", "tests a ray", *MEANS],
