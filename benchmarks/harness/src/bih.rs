@@ -127,12 +127,12 @@ impl Structure for BihTree<'_> {
 }
 
 fn batch(rays: &RaySet) -> RayBatch<'_> {
-    let doubles = &rays.doubles;
+    let arrays = &rays.arrays;
     RayBatch {
-        origins: Vectors::F64(&doubles.origins),
-        directions: Vectors::F64(&doubles.directions),
+        origins: Vectors::F32(&arrays.origins),
+        directions: Vectors::F32(&arrays.directions),
         t_min: Limits::All(0.0),
-        t_max: Limits::Each(&doubles.t_max),
+        t_max: Limits::Each(&arrays.t_max),
     }
 }
 

@@ -16,27 +16,27 @@ use crate::slides::SlidesSide;
 pub struct RaySet {
     pub kind: Kind,
     pub rays: Vec<Ray>,
-    pub doubles: Doubles,
+    pub arrays: Arrays,
     pub packets_8: Vec<Packet<8>>,
     pub packets_16: Vec<Packet<16>>,
 }
 
-/// The rays as the arrays of bih-core.
-pub struct Doubles {
-    pub origins: Vec<[f64; 3]>,
-    pub directions: Vec<[f64; 3]>,
+/// The rays as the arrays of bih-core, in the precision that all sides are given them in.
+pub struct Arrays {
+    pub origins: Vec<[f32; 3]>,
+    pub directions: Vec<[f32; 3]>,
     pub t_max: Vec<f64>,
 }
 
 impl RaySet {
     pub fn new(kind: Kind, rays: Vec<Ray>) -> Self {
-        let doubles = Doubles {
-            origins: rays.iter().map(|ray| ray.origin.map(f64::from)).collect(),
-            directions: rays.iter().map(|ray| ray.direction.map(f64::from)).collect(),
+        let arrays = Arrays {
+            origins: rays.iter().map(|ray| ray.origin).collect(),
+            directions: rays.iter().map(|ray| ray.direction).collect(),
             t_max: rays.iter().map(|ray| f64::from(ray.t_max)).collect(),
         };
         let (packets_8, packets_16) = (Packet::all(&rays), Packet::all(&rays));
-        Self { kind, rays, doubles, packets_8, packets_16 }
+        Self { kind, rays, arrays, packets_8, packets_16 }
     }
 }
 
