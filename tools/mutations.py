@@ -50,7 +50,7 @@ MUTATIONS = (
     Mutation(
         "tie rule dropped",
         f"{CORE}/traverse/closest.rs",
-        ".then(row.cmp(&best.row))",
+        ".then_with(|| row(reference).cmp(&row(best.reference)))",
         "",
         tests=("tests/cases/test_case_08_ties_and_limits.py::test_duplicates_give_the_lower_row_in_any_order",),
     ),
