@@ -110,7 +110,7 @@ def _run(*command: str | Path) -> None:
 
 
 if __name__ == "__main__":
-    print("Building the extension (a minute or two at first)", file=sys.stderr)
+    print("Building the extension (five minutes or so at first)", file=sys.stderr)
     chosen = sys.argv[1] if len(sys.argv) > 1 else this_platform()
     if chosen not in {this_platform(), *TARGETS}:
         sys.exit(f"{chosen} cannot be built for here; {', '.join(TARGETS)} can be, on Linux")

@@ -26,22 +26,16 @@ pub fn dispatch<K: Kernel>(kernel: K) -> K::Output {
     expect(unsafe_code, reason = "intrinsics may run only where the processor has them")
 )]
 pub fn dispatch_to<K: Kernel>(set: InstructionSet, kernel: K) -> K::Output {
-    assert!(instruction_sets().contains(&set), "{} is not there", set.name());
     match set {
         // SAFETY: the set is one of those that were found on this processor.
         #[cfg(target_arch = "x86_64")]
-        InstructionSet::Avx512 => unsafe { super::avx512::run(kernel) },
-        // SAFETY: as above.
-        #[cfg(target_arch = "x86_64")]
-        InstructionSet::Avx2 => unsafe { super::avx2::run(kernel) },
-        #[cfg(all(target_arch = "aarch64", target_endian = "little"))]
-        InstructionSet::Neon => kernel.run::<super::neon::Neon>(),
-        _ => kernel.run::<Scalar>(),
+        InstructionSet::Avx512 if instruction_sets().contains(&set) => unsafe { super::avx512::run(kernel) },
+        _ => dispatch_common_to(set, kernel),
     }
 }
 
-/// The same, but in AVX2 where AVX-512 is asked for. What that has over AVX2 serves rays in flight and in packets; other
-/// kernels are not compiled once more for it.
+/// The same, but in AVX2 where AVX-512 is asked for: in our lanes that has one instruction more, by which children are
+/// compressed. Kernels other than rays in flight and in packets are not compiled once more for it.
 #[cfg_attr(
     target_arch = "x86_64",
     expect(unsafe_code, reason = "intrinsics may run only where the processor has them")

@@ -77,14 +77,28 @@ impl Planes {
     }
 }
 
+/// Whether a reciprocal has room for `nearer` and `farther`.
+#[inline(always)]
+fn is_usual(x: f32) -> bool {
+    (x.abs() >= RECIPROCALS.start) & (x.abs() < RECIPROCALS.end)
+}
+
+#[inline(always)]
+fn nearer(x: f32) -> f32 {
+    x * (1.0 - 2.0 * f32::EPSILON)
+}
+
+#[inline(always)]
+fn farther(x: f32) -> f32 {
+    x * (1.0 + 3.0 * f32::EPSILON)
+}
+
 /// Rounded reciprocals of directions, so much nearer to zero and further from it that it makes up for their rounding and for
 /// the three that follow.
 #[inline(always)]
 fn padded(reciprocals: Four, directions: [f64; 3]) -> [Four; 2] {
-    let are_usual =
-        reciprocals.iter().fold(true, |all, x| all & (x.abs() >= RECIPROCALS.start) & (x.abs() < RECIPROCALS.end));
-    if are_usual {
-        [reciprocals.map(|x| x * (1.0 - 2.0 * f32::EPSILON)), reciprocals.map(|x| x * (1.0 + 3.0 * f32::EPSILON))]
+    if reciprocals.iter().fold(true, |all, &x| all & is_usual(x)) {
+        [reciprocals.map(nearer), reciprocals.map(farther)]
     } else {
         unusual(reciprocals, directions)
     }
@@ -95,14 +109,8 @@ fn padded(reciprocals: Four, directions: [f64; 3]) -> [Four; 2] {
 #[inline(never)]
 fn unusual(reciprocals: Four, directions: [f64; 3]) -> [Four; 2] {
     let mut sides = [[1.0; 4]; 2];
-    for (axis, direction) in directions.into_iter().enumerate() {
-        let reciprocal = reciprocals[axis];
-        let [near, far] = if RECIPROCALS.contains(&reciprocal.abs()) {
-            [reciprocal * (1.0 - 2.0 * f32::EPSILON), reciprocal * (1.0 + 3.0 * f32::EPSILON)]
-        } else {
-            unusual_one(direction)
-        };
-        (sides[0][axis], sides[1][axis]) = (near, far);
+    for (axis, (x, direction)) in reciprocals.into_iter().zip(directions).enumerate() {
+        [sides[0][axis], sides[1][axis]] = if is_usual(x) { [nearer(x), farther(x)] } else { unusual_one(direction) };
     }
     sides
 }

@@ -162,7 +162,8 @@ impl Shared<f32> {
     #[inline(always)]
     pub(crate) fn leaf(&self, start: usize, count: usize) -> LeafRows<'_> {
         assert!(count <= WIDTH && start + WIDTH * (count + 1) <= self.len);
-        // SAFETY: it is within the array.
+        // SAFETY: it is within the array, with as many numbers behind it as `LeafRows` reads; who names the part knows that it
+        // is built, so that nobody writes it.
         LeafRows { start: unsafe { self.start.add(start) }, count, rows: PhantomData }
     }
 }
@@ -188,14 +189,15 @@ impl<'a> LeafRows<'a> {
     #[inline(always)]
     pub(crate) fn get(self, row: usize) -> &'a [f32; WIDTH] {
         assert!(row < 9);
-        // SAFETY: the last row starts after eight of them and is read as a vector: what the start is of has room for it.
+        // SAFETY: a row starts after eight others at most, and it is read as one vector: `WIDTH` numbers that end within the
+        // `WIDTH * (count + 1)` of the start, which nobody writes as long as they are borrowed.
         unsafe { self.start.add(row * self.count).cast().as_ref() }
     }
 
     /// All rows, and what follows the last.
     #[inline(always)]
     pub(crate) fn all(self) -> &'a [f32] {
-        // SAFETY: these are the numbers that there are.
+        // SAFETY: these are all the numbers of the start, which nobody writes as long as they are borrowed.
         unsafe { NonNull::slice_from_raw_parts(self.start, WIDTH * (self.count + 1)).as_ref() }
     }
 
