@@ -33,7 +33,7 @@ def embree_libraries() -> Path | None:
     return folder if folder.is_dir() else None
 
 
-SCENES = tuple(f"addon/report/{name}.py" for name in ("airframe", "databases", "scenes", "shapes", "view"))
+SCENES = tuple(f"addon/report/{name}.py" for name in ("airframe", "building", "databases", "scenes", "shapes", "view"))
 SOURCES = ("native/bih-core", "native/Cargo.toml", "benchmarks/harness", *SCENES)
 
 

@@ -8,7 +8,8 @@ from pathlib import Path
 NEEDS = "What a scene does not need"
 NEEDS_COUNTED = "What a scene does not need, by instructions"
 TABLES = "The slides' tables, on today's machine"
-TITLES = (TABLES, NEEDS, NEEDS_COUNTED)
+ON_DEMAND = "Construction on demand"
+TITLES = (TABLES, ON_DEMAND, NEEDS, NEEDS_COUNTED)
 
 
 def read(page: Path, title: str) -> str:

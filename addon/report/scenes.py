@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from . import databases
 from .airframe import airframe
+from .building import building
 from .shapes import Shape, box, ground, joined, quads, scaled, shape, soup_of, surface
 from .view import Scene, View, framed
 
@@ -129,6 +130,7 @@ SCENES: dict[str, Callable[[int], Scene]] = {
     "city": city,
     "stadium": stadium,
     "airframe": airframe,
+    "building": building,
     "tetra": _nearest(databases.tetra, lambda level: 4**level, 14),
     "balls": _nearest(databases.balls, lambda level: 16 * (9 ** (level + 1) - 1) + 2, 7),
     "gears": _nearest(databases.gears, lambda size: 572 * size**3 + 2, 40),

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from addon.report import databases, scenes
+from addon.report import building, databases, scenes
 from addon.report.shapes import Shape, box, ring, sphere, tube
 from addon.report.view import Scene
 
@@ -112,6 +112,19 @@ def test_the_balls_touch_their_parents() -> None:
     for child in range(1, 91):
         parent = (child - 1) // 9
         assert np.linalg.norm(centres[child] - centres[parent]) == pytest.approx(radii[child] + radii[parent], rel=1e-4)
+
+
+def test_a_building_is_seen_from_within_one_of_its_rooms() -> None:
+    rooms = 40
+    mesh, view = building.building(5_820 * rooms)
+    assert len(mesh.triangles) == 5_820 * rooms
+    lower, upper = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+    # Two storeys of ten rooms on either side of the corridor.
+    assert np.allclose(upper - lower, [10 * building.WIDE, 2 * building.HIGH, 2 * building.DEEP + building.CORRIDOR])
+    cell = [building.WIDE, building.HIGH, building.DEEP]
+    places = [np.floor_divide(point, cell) for point in (view.eye, view.target, view.light)]
+    assert np.array_equal(places[0], places[1])
+    assert np.array_equal(places[0], places[2])
 
 
 @pytest.mark.parametrize("exponent", [0, 3, 9])
