@@ -77,26 +77,40 @@ impl Structure for BihTree<'_> {
         };
         let is_any = rays.kind.is_any();
         let control = Control::default();
-        let start = Instant::now();
-        if is_any {
-            let hidden = if let Some(way) = way {
-                self.each(&rays.rays, |tracer, rays, stack, hidden| tracer.occluded(rays, way, stack, hidden))
-            } else {
-                batch(rays).occluded(&self.tree, &self.triangles, &control).expect("nothing cancels it")
-            };
-            (start.elapsed().as_secs_f64(), Answers::Hidden(hidden))
-        } else {
-            if let Some(way) = way {
-                let hits = self.each(&rays.rays, |tracer, rays, stack, hits| tracer.closest(rays, way, stack, hits));
-                let seconds = start.elapsed().as_secs_f64();
-                return (seconds, Answers::Nearest(hits.into_iter().map(found).collect()));
+        match (way, is_any) {
+            (Some(way), true) => {
+                let mut hidden = vec![false; rays.rays.len()];
+                let seconds = self.each(&rays.rays, &mut hidden, |tracer, rays, stack, hidden: &mut [bool]| {
+                    tracer.occluded(rays, way, stack, hidden);
+                });
+                (seconds, Answers::Hidden(hidden))
             }
-            let hits: Hits<f32> =
-                batch(rays).closest(&self.tree, &self.triangles, &control).expect("nothing cancels it");
-            let seconds = start.elapsed().as_secs_f64();
-            // A miss is row -1 there, the largest row here.
-            let found = hits.t.into_iter().zip(hits.triangle.iter().map(|row| row.cast_unsigned()));
-            (seconds, Answers::Nearest(found.collect()))
+            (Some(way), false) => {
+                let mut nearest = vec![(f32::INFINITY, u32::MAX); rays.rays.len()];
+                let seconds = self.each(&rays.rays, &mut nearest, |tracer, rays, stack, nearest: &mut [Found]| {
+                    let mut hits = [None; CHUNK];
+                    let hits = &mut hits[..rays.len()];
+                    tracer.closest(rays, way, stack, hits);
+                    for (slot, hit) in nearest.iter_mut().zip(hits) {
+                        *slot = found(*hit);
+                    }
+                });
+                (seconds, Answers::Nearest(nearest))
+            }
+            (None, true) => {
+                let start = Instant::now();
+                let hidden = batch(rays).occluded(&self.tree, &self.triangles, &control).expect("nothing cancels it");
+                (start.elapsed().as_secs_f64(), Answers::Hidden(hidden))
+            }
+            (None, false) => {
+                let start = Instant::now();
+                let hits: Hits<f32> =
+                    batch(rays).closest(&self.tree, &self.triangles, &control).expect("nothing cancels it");
+                let seconds = start.elapsed().as_secs_f64();
+                // A miss is row -1 there, the largest row here.
+                let found = hits.t.into_iter().zip(hits.triangle.iter().map(|row| row.cast_unsigned()));
+                (seconds, Answers::Nearest(found.collect()))
+            }
         }
     }
 
@@ -141,20 +155,22 @@ fn found(hit: Option<Hit>) -> Found {
 }
 
 impl BihTree<'_> {
-    /// One ray after another, on all threads.
-    fn each<A: Clone + Default + Send>(
+    /// Answers for all rays, on all threads; as its peers, with rays as the core takes them and memory for answers made
+    /// before the clock runs, which is what it answers.
+    fn each<A: Send>(
         &self,
         rays: &[Ray],
+        answers: &mut [A],
         ask: impl Fn(&Tracer, &[bih_core::Ray], &mut Stack, &mut [A]) + Sync,
-    ) -> Vec<A> {
-        let mut answers = vec![A::default(); rays.len()];
+    ) -> f64 {
+        let rays: Vec<_> = rays.iter().map(wide).collect();
         let tracer = Tracer::new(&self.tree, &self.triangles);
+        let start = Instant::now();
         answers.par_chunks_mut(CHUNK).zip(rays.par_chunks(CHUNK)).for_each(|(answers, rays)| {
             let _standard = FloatEnvironment::standard();
-            let rays: Vec<_> = rays.iter().map(wide).collect();
-            ask(&tracer, &rays, &mut Stack::default(), answers);
+            ask(&tracer, rays, &mut Stack::default(), answers);
         });
-        answers
+        start.elapsed().as_secs_f64()
     }
 }
 

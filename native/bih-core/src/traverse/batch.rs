@@ -143,7 +143,8 @@ impl RayBatch<'_> {
         let count = self.len();
         tree.room("the hits", count * (3 * size_of::<F>() + 2 * size_of::<i32>()))?;
         control.start(count);
-        let (mut t, mut triangle) = (vec![F::INFINITY; count], vec![-1; count]);
+        // Memory of zeros is not touched before the threads write to it.
+        let (mut t, mut triangle) = (vec![F::ZERO; count], vec![0; count]);
         let (mut u, mut v) = (vec![F::ZERO; count], vec![F::ZERO; count]);
         let arrays = (t.par_chunks_mut(CHUNK), triangle.par_chunks_mut(CHUNK));
         let arrays = (arrays.0, arrays.1, u.par_chunks_mut(CHUNK), v.par_chunks_mut(CHUNK));
@@ -154,6 +155,7 @@ impl RayBatch<'_> {
                 control.advance(t.len())?;
                 let invalid = worker.take(self, chunk * CHUNK..chunk * CHUNK + t.len());
                 for (place, hit) in worker.closest(tree, triangles).iter().enumerate() {
+                    (t[place], triangle[place]) = (F::INFINITY, -1);
                     if let Some(hit) = hit {
                         t[place] = F::narrowed(hit.t);
                         triangle[place] = hit.triangle as i32;

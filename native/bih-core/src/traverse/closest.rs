@@ -157,26 +157,20 @@ pub(crate) fn is_between<T: Real>(distance: &Distance, ray: &Ray, test: &RayTest
         && distance.compare_with(ray.t_max, test, corners) != Ordering::Greater
 }
 
-/// The nearest hit of a valid ray; of equal distances, watertight compared exactly, the lower row.
+/// The nearest hit of a valid ray; of equal distances, watertight compared exactly, the lower row. Through the records of a
+/// scene, if there are any, else through the nodes of the tree.
 #[inline(always)]
-pub fn closest<L: Lanes, C: Counter>(
+pub(super) fn closest<L: Lanes, C: Counter>(
     tree: &Tree,
     triangles: &Triangles,
+    scene: Option<&Scene>,
     ray: &Ray,
     stack: &mut Stack,
     counter: &mut C,
 ) -> Option<Hit> {
-    if let Some(wide) = &tree.wide {
-        return in_records::<L, C>(&Scene::new(wide, tree, triangles), ray, stack, counter);
-    }
-    in_nodes(tree, triangles, ray, stack, counter)
-}
-
-/// The same over records.
-#[inline(always)]
-fn in_records<L: Lanes, C: Counter>(scene: &Scene, ray: &Ray, stack: &mut Stack, counter: &mut C) -> Option<Hit> {
+    let Some(scene) = scene else { return in_nodes(tree, triangles, ray, stack, counter) };
     let stack = &mut stack.wide;
-    match scene.tree.precision {
+    match tree.precision {
         Precision::Fast => wide::search::<L, FastClosest, C>(scene, ray, stack, counter),
         Precision::Watertight | Precision::Exact => wide::search::<L, WatertightClosest, C>(scene, ray, stack, counter),
     }

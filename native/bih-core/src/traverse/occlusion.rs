@@ -9,26 +9,20 @@ use crate::geometry::{Ray, Triangles};
 use crate::simd::Lanes;
 use crate::tree::Tree;
 
-/// Whether any triangle lies between the ends of a valid ray; ends at the first that does.
+/// Whether any triangle lies between the ends of a valid ray; ends at the first that does. Through the records of a scene,
+/// if there are any, else through the nodes of the tree.
 #[inline(always)]
-pub fn occluded<L: Lanes, C: Counter>(
+pub(super) fn occluded<L: Lanes, C: Counter>(
     tree: &Tree,
     triangles: &Triangles,
+    scene: Option<&Scene>,
     ray: &Ray,
     stack: &mut Stack,
     counter: &mut C,
 ) -> bool {
-    if let Some(wide) = &tree.wide {
-        return in_records::<L, C>(&Scene::new(wide, tree, triangles), ray, stack, counter);
-    }
-    in_nodes(tree, triangles, ray, stack, counter)
-}
-
-/// The same over records.
-#[inline(always)]
-fn in_records<L: Lanes, C: Counter>(scene: &Scene, ray: &Ray, stack: &mut Stack, counter: &mut C) -> bool {
+    let Some(scene) = scene else { return in_nodes(tree, triangles, ray, stack, counter) };
     let stack = &mut stack.wide;
-    match scene.tree.precision {
+    match tree.precision {
         Precision::Fast => wide::search::<L, FastOccluded, C>(scene, ray, stack, counter),
         Precision::Watertight | Precision::Exact => {
             wide::search::<L, WatertightOccluded, C>(scene, ray, stack, counter)

@@ -89,9 +89,9 @@ impl<'a> Tracer<'a> {
     }
 }
 
-/// What packets go through.
-fn scene<'a>(tree: &'a Tree, triangles: &'a Triangles<'a>, way: Way) -> Option<Scene<'a>> {
-    tree.wide.as_ref().filter(|_| way == Way::Packets).map(|wide| Scene::new(wide, tree, triangles))
+/// The records of a tree, made ready once for many rays.
+fn scene<'a>(tree: &'a Tree, triangles: &'a Triangles<'a>) -> Option<Scene<'a>> {
+    tree.wide.as_ref().map(|wide| Scene::new(wide, tree, triangles))
 }
 
 /// Whether the rays go as 2 × 2 packets.
@@ -122,16 +122,16 @@ impl Kernel for Closest<'_> {
         if are_two_by_two(tree, way) {
             return closest::two_by_two(tree, triangles, rays, stack, hits);
         }
-        let scene = scene(tree, triangles, way);
+        let scene = scene(tree, triangles);
         for (rays, hits) in rays.chunks(PACKET).zip(hits.chunks_mut(PACKET)) {
             // A packet leaves some rays.
             let answered = match &scene {
-                Some(scene) => packet::closest::<L>(scene, rays, stack, hits),
-                None => 0,
+                Some(scene) if way == Way::Packets => packet::closest::<L>(scene, rays, stack, hits),
+                _ => 0,
             };
             for (i, (ray, hit)) in rays.iter().zip(hits).enumerate() {
                 if answered >> i & 1 == 0 && ray.is_valid() {
-                    *hit = closest::closest::<L, _>(tree, triangles, ray, stack, &mut Uncounted);
+                    *hit = closest::closest::<L, _>(tree, triangles, scene.as_ref(), ray, stack, &mut Uncounted);
                 }
             }
         }
@@ -157,15 +157,16 @@ impl Kernel for Occluded<'_> {
         if are_two_by_two(tree, way) {
             return occlusion::two_by_two(tree, triangles, rays, stack, hidden);
         }
-        let scene = scene(tree, triangles, way);
+        let scene = scene(tree, triangles);
         for (rays, hidden) in rays.chunks(PACKET).zip(hidden.chunks_mut(PACKET)) {
             let answered = match &scene {
-                Some(scene) => packet::occluded::<L>(scene, rays, stack, hidden),
-                None => 0,
+                Some(scene) if way == Way::Packets => packet::occluded::<L>(scene, rays, stack, hidden),
+                _ => 0,
             };
             for (i, (ray, is_hidden)) in rays.iter().zip(hidden).enumerate() {
                 if answered >> i & 1 == 0 && ray.is_valid() {
-                    *is_hidden = occlusion::occluded::<L, _>(tree, triangles, ray, stack, &mut Uncounted);
+                    *is_hidden =
+                        occlusion::occluded::<L, _>(tree, triangles, scene.as_ref(), ray, stack, &mut Uncounted);
                 }
             }
         }
@@ -183,9 +184,11 @@ impl Kernel for Cost<'_> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        for (ray, counts) in self.rays.iter().zip(self.counts) {
+        let Self { tracer: Tracer { tree, triangles, .. }, rays, stack, counts } = self;
+        let scene = scene(tree, triangles);
+        for (ray, counts) in rays.iter().zip(counts) {
             if ray.is_valid() {
-                closest::closest::<L, _>(self.tracer.tree, self.tracer.triangles, ray, self.stack, counts);
+                closest::closest::<L, _>(tree, triangles, scene.as_ref(), ray, stack, counts);
             }
         }
     }

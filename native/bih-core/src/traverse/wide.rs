@@ -1,7 +1,5 @@
 //! One ray at a time through wide records.
 
-use std::hint::select_unpredictable;
-
 use super::Counter;
 use super::interval::Crossing;
 use super::postponed::{DONE, Postponed};
@@ -9,7 +7,7 @@ use super::scene::{Leaf, Scene};
 use super::search::{Search, Walker};
 use super::slab::Slab;
 use crate::geometry::{Ray, round_down};
-use crate::simd::{Lanes, Scalar};
+use crate::simd::{Lanes, Mask, Scalar};
 use crate::tree::{Child, Record, WIDTH};
 
 /// The answer for one valid ray.
@@ -74,20 +72,29 @@ fn walk<L: Lanes, W: Walker, C: Counter>(
         } else {
             counter.visit_node();
             let record = scene.record::<L>(word, &mut space);
+            let (near, far) = slab.clip::<L>(record, limit);
+            let met = near.at_most(far).bits();
+            if met & met.wrapping_sub(1) == 0 {
+                // One child or none, as often as not: a branch, so that the processor goes on before it knows the child.
+                if met == 0 {
+                    (word, end) = entries.pop(end, limit);
+                } else {
+                    word = record.words()[met.trailing_zeros() as usize % WIDTH];
+                }
+                continue;
+            }
             let order = record.order(slab.octant());
             let (nears, words) = entries.room(end);
-            let (near, far) = slab.clip::<L>(record, limit);
             let places = near.push(far, record.words(), order, nears, words);
-            (word, end) = if scene.is_ordered {
-                let nearest = record.last(order, places);
+            if scene.is_ordered {
+                word = record.last(order, places);
                 // Memory is asked for the second while the nearest is walked.
-                let others = places & !(1 << (places | 1).ilog2());
-                scene.prefetch(select_unpredictable(others != 0, record.last(order, others), 0));
-                entries.next(end, places, nearest, limit)
+                scene.prefetch(record.last(order, places & !(1 << (places | 1).ilog2())));
+                end += places.count_ones() - 1;
             } else {
                 sort(nears, words, places);
-                entries.pop(end + places.count_ones(), limit)
-            };
+                (word, end) = entries.pop(end + places.count_ones(), limit);
+            }
         }
     }
 }

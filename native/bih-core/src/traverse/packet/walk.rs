@@ -188,11 +188,6 @@ fn descend<L: Lanes>(
 /// Show the query a leaf, and those rays of some groups that meet its box.
 #[inline(always)]
 fn visit<L: Lanes, Q: Query<L>>(bundle: &mut Bundle<L>, leaf: &Leaf, sides: &Sides<L>, live: u8, query: &mut Q) {
-    let triangles = LeafTriangles::<L>::new(leaf);
-    let lanes = bundle.shaft.meets(&triangles) & ((1u16 << leaf.count) - 1) as u8;
-    if lanes == 0 {
-        return;
-    }
     let mut nears = [bundle.groups.t_min; GROUPS];
     let mut rays = [0; GROUPS];
     let mut any = 0;
@@ -203,6 +198,11 @@ fn visit<L: Lanes, Q: Query<L>>(bundle: &mut Bundle<L>, leaf: &Leaf, sides: &Sid
         any |= rays[group];
     }
     if any == 0 {
+        return;
+    }
+    let triangles = LeafTriangles::<L>::new(leaf);
+    let lanes = bundle.shaft.meets(&triangles) & ((1u16 << leaf.count) - 1) as u8;
+    if lanes == 0 {
         return;
     }
     let triangles = Triangles { leaf: *leaf, lanes, stored: triangles.stored() };
