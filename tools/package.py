@@ -1,8 +1,9 @@
 """The extension's zip, with bihtree's wheel and those of requirements-addon.lock inside, made by the builder that
 comes with bpy.
 
-build/venv/bin/python tools/package.py                print the path of the zip in build/
-build/venv/bin/python tools/package.py linux-arm64    for that platform, on any Linux that has Rust's library for it
+build/venv/bin/python tools/package.py                 print the path of the zip in build/
+build/venv/bin/python tools/package.py linux-arm64     for that platform, on any Linux that has Rust's library for it
+build/venv/bin/python tools/package.py --wheel FOLDER  bihtree's wheel alone
 """
 
 from __future__ import annotations
@@ -109,10 +110,17 @@ def _run(*command: str | Path) -> None:
         sys.exit(f"{' '.join(map(str, command))}\n{run.stdout}{run.stderr}")
 
 
-if __name__ == "__main__":
+def main(arguments: list[str]) -> None:
+    if arguments[:1] == ["--wheel"]:
+        print(build_wheel(this_platform(), Path(arguments[1])))
+        return
     print("Building the extension (five minutes or so at first)", file=sys.stderr)
-    chosen = sys.argv[1] if len(sys.argv) > 1 else this_platform()
+    chosen = arguments[0] if arguments else this_platform()
     if chosen not in {this_platform(), *TARGETS}:
         sys.exit(f"{chosen} cannot be built for here; {', '.join(TARGETS)} can be, on Linux")
     ours = build_wheel(chosen, WORK / "wheels")
     print(build_extension(chosen, [ours, *pure_wheels(WORK / "pure")]))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
