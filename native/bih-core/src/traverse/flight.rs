@@ -165,6 +165,15 @@ fn fly<L: Lanes, S: Search, R: Rays<S::Answer>>(scene: &Scene, rays: &mut R) {
                 scene.prefetch_copy(flying[queues.leaves.get(place) % RAYS].word);
             }
         }
+        if scene.is_gathered {
+            // What one of these finds is where the next one looks.
+            for place in 0..queues.leaves.len {
+                scene.prefetch_rows(Leaf::new(flying[queues.leaves.get(place) % RAYS].word));
+            }
+            for place in 0..queues.leaves.len {
+                scene.prefetch_corners(Leaf::new(flying[queues.leaves.get(place) % RAYS].word));
+            }
+        }
         for place in 0..std::mem::take(&mut queues.leaves.len) {
             let number = queues.leaves.get(place);
             let ray = &mut flying[number % RAYS];

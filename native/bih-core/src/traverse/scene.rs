@@ -18,6 +18,8 @@ pub(super) struct Scene<'a> {
     pub is_small: bool,
     /// Whether the records know in which order a ray meets their children.
     pub is_ordered: bool,
+    /// Whether the corners of its triangles are read from the caller's arrays.
+    pub is_gathered: bool,
     /// What is asked for ahead: records, then what is read of leaves.
     ahead: [Ahead; 2],
 }
@@ -66,6 +68,7 @@ impl<'a> Scene<'a> {
             triangles,
             is_small: slab::is_small(&tree.bounds),
             is_ordered: records.are_ordered(),
+            is_gathered: copies.is_none() && rows.is_empty(),
             ahead: [Ahead { start: records.start(), stride: records.stride() }, leaves],
         }
     }
@@ -150,6 +153,22 @@ impl<'a> Scene<'a> {
     pub(super) fn prefetch_copy(&self, word: u32) {
         if let Some(copies) = &self.wide.copies {
             copies.prefetch(Child::index(word));
+        }
+    }
+
+    /// The same of the vertices' numbers of a leaf's triangles, of which the references are near.
+    #[inline(always)]
+    pub(super) fn prefetch_rows(&self, leaf: Leaf) {
+        for reference in leaf.first..leaf.first + leaf.count {
+            self.triangles.prefetch_row(self.row(reference));
+        }
+    }
+
+    /// The same of their vertices, of which the numbers are near.
+    #[inline(always)]
+    pub(super) fn prefetch_corners(&self, leaf: Leaf) {
+        for reference in leaf.first..leaf.first + leaf.count {
+            self.triangles.prefetch_corners(self.row(reference));
         }
     }
 
