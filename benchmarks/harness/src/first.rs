@@ -1,6 +1,7 @@
 //! The first picture of a tree, part by part: the build, the picture, and the same picture twice again, since what rays
 //! come to a second time is finished then. And what is built after the first.
 
+use std::fs;
 use std::time::Instant;
 
 use serde_json::{Map, Value, json};
@@ -14,10 +15,12 @@ use crate::side::Side;
 /// What is timed in each round.
 const PARTS: [&str; 5] = ["image", "build", "first", "second", "third"];
 
-/// Of one side: the clocks of its parts, the facts of its tree, and its picture.
+/// Of one side: the clocks of its parts, the processor's time of all threads in them, the facts of its tree, and its
+/// picture.
 #[derive(Default)]
 struct Row {
     clocks: [Clock; PARTS.len()],
+    processor: [Clock; PARTS.len()],
     facts: Map<String, Value>,
     picture: Picture,
 }
@@ -49,8 +52,10 @@ impl Bench<'_> {
                     Value::Object(facts.clone())
                 );
                 facts.insert("differing_pixels".to_owned(), json!(different));
-                for (part, clock) in PARTS.into_iter().zip(&row.clocks) {
-                    facts.insert(part.to_owned(), Value::Object(clock.facts()));
+                for (part, (clock, processor)) in PARTS.into_iter().zip(row.clocks.iter().zip(&row.processor)) {
+                    let mut timed = clock.facts();
+                    timed.insert("processor".to_owned(), Value::Object(processor.facts()));
+                    facts.insert(part.to_owned(), Value::Object(timed));
                 }
                 shown.insert(name.clone(), Value::Object(facts));
             }
@@ -63,20 +68,21 @@ impl Bench<'_> {
     fn take(&self, side: &BihSide, shadows: bool, row: &mut Row) -> f64 {
         let view = &self.mesh.view;
         self.pool.install(|| {
-            let start = Instant::now();
+            let start = Moment::now();
             let built = side.build(self.mesh);
-            let build = start.elapsed().as_secs_f64();
+            let build = start.elapsed();
             let before = built.tree.stats();
             let picture = by_bih(&built, view, 1, shadows);
-            let image = start.elapsed().as_secs_f64();
+            let image = start.elapsed();
             let after = built.tree.stats();
             let [second, third] = [(); 2].map(|()| {
-                let again = Instant::now();
+                let again = Moment::now();
                 let same = by_bih(&built, view, 1, shadows);
-                let seconds = again.elapsed().as_secs_f64();
+                let seconds = again.elapsed();
                 assert!(picture == same, "one tree, one picture");
                 seconds
             });
+            let first = std::array::from_fn(|clock| image[clock] - build[clock]);
             if row.picture.is_empty() {
                 row.picture = picture;
                 for (name, value) in [
@@ -89,11 +95,36 @@ impl Bench<'_> {
                 }
                 row.facts.insert("build_seconds".to_owned(), json!(after.build_seconds));
             } else {
-                for (clock, seconds) in row.clocks.iter_mut().zip([image, build, image - build, second, third]) {
-                    clock.add(seconds);
+                for (part, [seconds, processor]) in [image, build, first, second, third].into_iter().enumerate() {
+                    row.clocks[part].add(seconds);
+                    row.processor[part].add(processor);
                 }
             }
-            image
+            image[0]
         })
     }
+}
+
+/// On the clock, and in the processor's time of all threads that there are.
+struct Moment(Instant, f64);
+
+impl Moment {
+    fn now() -> Self {
+        Self(Instant::now(), processor())
+    }
+
+    /// Seconds of both.
+    fn elapsed(&self) -> [f64; 2] {
+        [self.0.elapsed().as_secs_f64(), processor() - self.1]
+    }
+}
+
+/// Seconds that the threads have run, as Linux counts them; elsewhere 0.
+fn processor() -> f64 {
+    let nanoseconds = |task: fs::DirEntry| -> Option<f64> {
+        let text = fs::read_to_string(task.path().join("schedstat")).ok()?;
+        text.split(' ').next()?.parse().ok()
+    };
+    let tasks = fs::read_dir("/proc/self/task").into_iter().flatten().flatten();
+    1e-9 * tasks.filter_map(nanoseconds).sum::<f64>()
 }

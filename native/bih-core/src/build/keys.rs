@@ -108,9 +108,9 @@ impl Reading for KeysOfRows<'_> {
 
     #[inline(always)]
     fn run<S: Source>(self, source: S) {
-        each_row(source, self.rows, |place, corners| {
-            self.keys[place] = self.grid.code(doubled_centre(&box_of(&corners))) | u64::from(self.rows[place]);
-        });
+        for ((corners, &row), key) in each_row(source, self.rows).zip(self.rows).zip(self.keys) {
+            *key = self.grid.code(doubled_centre(&box_of(&corners))) | u64::from(row);
+        }
     }
 }
 

@@ -34,7 +34,9 @@ impl Reading for BoxOf<'_> {
     #[inline(always)]
     fn run<S: Source>(self, source: S) -> Bounds {
         let mut all = empty::<S::Scalar>();
-        each_row(source, self.rows, |_, corners| all = union(all, box_of(&corners)));
+        for corners in each_row(source, self.rows) {
+            all = union(all, box_of(&corners));
+        }
         bounds(all)
     }
 }

@@ -70,7 +70,9 @@ impl Reading for CollectRows<'_> {
     #[inline(always)]
     fn run<S: Source>(self, source: S) -> Vec<Reference> {
         let mut references = Vec::with_capacity(self.rows.len());
-        each_row(source, self.rows, |place, corners| references.push(Reference::of(&corners, self.rows[place])));
+        for (corners, &row) in each_row(source, self.rows).zip(self.rows) {
+            references.push(Reference::of(&corners, row));
+        }
         references
     }
 }

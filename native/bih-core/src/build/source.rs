@@ -154,18 +154,34 @@ pub fn read<R: Reading>(triangles: &Triangles, reading: R) -> R::Output {
     }
 }
 
-/// Show the corners of some rows, which lie anywhere: memory is asked for those that come soon.
-#[inline(always)]
-pub fn each_row<S: Source>(source: S, rows: &[u32], mut show: impl FnMut(usize, [[S::Scalar; 3]; 3])) {
-    const AHEAD: usize = 16;
-    for (place, &row) in rows.iter().enumerate() {
+/// The corners of some rows, which lie anywhere: memory is asked for those that come soon.
+pub fn each_row<S: Source>(source: S, rows: &[u32]) -> EachRow<'_, S> {
+    EachRow { source, rows, place: 0 }
+}
+
+/// An iterator, since a closure is a function of its own, which may not have the instruction set of the loop.
+pub struct EachRow<'a, S> {
+    source: S,
+    rows: &'a [u32],
+    place: usize,
+}
+
+impl<S: Source> Iterator for EachRow<'_, S> {
+    type Item = [[S::Scalar; 3]; 3];
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<Self::Item> {
+        const AHEAD: usize = 16;
+        let Self { source, rows, place } = *self;
+        let row = *rows.get(place)?;
         if let Some(&later) = rows.get(place + 2 * AHEAD) {
             source.prefetch_row(later as usize);
         }
         if let Some(&later) = rows.get(place + AHEAD) {
             source.prefetch_corners(later as usize);
         }
-        show(place, source.corners(row as usize));
+        self.place += 1;
+        Some(source.corners(row as usize))
     }
 }
 

@@ -123,8 +123,16 @@ impl<'a> Scene<'a> {
     #[inline(never)]
     pub(super) fn gathered(&self, leaf: Leaf) -> [f32; ROWS] {
         let mut rows = [0.0; ROWS];
-        for lane in 0..leaf.count {
-            let corners = self.triangles.single_corners(self.row(leaf.first + lane));
+        let references = self.tree.order.slice(leaf.first..leaf.first + leaf.count);
+        // The triangles lie anywhere: ask for all of them before the first one is waited for.
+        for &row in references {
+            self.triangles.prefetch_row(row);
+        }
+        for &row in references {
+            self.triangles.prefetch_corners(row);
+        }
+        for (lane, &row) in references.iter().enumerate() {
+            let corners = self.triangles.single_corners(row);
             for (row, &value) in corners.as_flattened().iter().enumerate() {
                 rows[row * leaf.count + lane] = value;
             }

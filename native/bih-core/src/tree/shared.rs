@@ -12,6 +12,7 @@ use bytemuck::Pod;
 use super::hand_over::Claim;
 use super::wide::WIDTH;
 use crate::geometry::Corners;
+use crate::pages;
 use crate::saved::Bytes;
 
 /// An array whose parts are handed over: at any moment a part is either written by the one who holds the claim on the
@@ -89,7 +90,10 @@ impl<T: Pod> Shared<T> {
     pub(crate) fn growing(values: &[T], len: usize) -> Self {
         const { assert!(size_of::<T>() > 0) };
         let bytes = size_of::<T>() * len.max(values.len()) + align_of::<T>();
-        let lines = NonNull::from(Box::leak(bytemuck::zeroed_slice_box::<Line>(bytes.div_ceil(size_of::<Line>()))));
+        let lines = bytemuck::zeroed_slice_box::<Line>(bytes.div_ceil(size_of::<Line>()));
+        // They are written from the first to the last, so there is at most one large page more than is needed.
+        pages::advise_large(&lines);
+        let lines = NonNull::from(Box::leak(lines));
         let first = lines.cast::<T>();
         let offset = first.as_ptr().cast::<u8>().align_offset(align_of::<T>());
         // SAFETY: the lines have room for all items and for as many bytes as the first is moved by to be aligned, less
