@@ -124,12 +124,10 @@ impl<'a> Scene<'a> {
     pub(super) fn gathered(&self, leaf: Leaf) -> [f32; ROWS] {
         let mut rows = [0.0; ROWS];
         let references = self.tree.order.slice(leaf.first..leaf.first + leaf.count);
-        // The triangles lie anywhere: ask for all of them before the first one is waited for.
-        for &row in references {
-            self.triangles.prefetch_row(row);
-        }
-        for &row in references {
-            self.triangles.prefetch_corners(row);
+        if self.wide.copies.is_some() {
+            // The triangles lie anywhere: ask for all of them before the first one is waited for.
+            references.iter().for_each(|&row| self.triangles.prefetch_row(row));
+            references.iter().for_each(|&row| self.triangles.prefetch_corners(row));
         }
         for (lane, &row) in references.iter().enumerate() {
             let corners = self.triangles.single_corners(row);
