@@ -87,6 +87,7 @@ def main(names: list[str], folder: Path) -> None:
     path = folder / "tree"
     eager.save(path)
     sheets = bihtree.Tree(*meshes.sheets(100_000), threads=2)
+    placed_sheets = bihtree.Scene([sheets], np.zeros(1, np.int32), np.eye(4)[None], threads=2)
     one = np.array([[0.25, 0.25, -1]], np.float32), np.array([[0, 0, 1]], np.float32)
     passes = ["combined", "depth", "normal", "position", "cost", "triangle"]
     passes += ["instance", "object_index", "material_index"]
@@ -98,6 +99,7 @@ def main(names: list[str], folder: Path) -> None:
         "occluded": lambda tree: tree.occluded(*rays),
         "all": lambda tree: tree.intersect_all(*rays),
         "all_of_one": lambda _: sheets.intersect_all(*one),
+        "all_of_one_placed": lambda _: placed_sheets.intersect_all(*one),
         "count": lambda tree: tree.count(*rays),
         "contains": lambda tree: tree.contains(rays.origins),
         "cost": lambda tree: tree.traversal_cost(*rays),

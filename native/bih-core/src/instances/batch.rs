@@ -6,10 +6,10 @@ use super::tracer::SceneTracer;
 use crate::control::{Cancelled, Control};
 use crate::error::Error;
 use crate::geometry::Ray;
-use crate::memory;
+use crate::memory::{self, Headroom};
 use crate::render::{Seen, Traced};
 use crate::simd::FloatEnvironment;
-use crate::traverse::{Counts, Float, HitLists, Hits, RayBatch, Stack};
+use crate::traverse::{Counts, Float, HitLists, Hits, Lists, RayBatch, Stack};
 
 /// Rays that a thread takes at a time: who asks to stop is heard before the next ones.
 const CHUNK: usize = 256;
@@ -32,6 +32,27 @@ pub struct SceneHitLists<F> {
     pub lists: HitLists<F>,
     /// Rows of the instances.
     pub instance: Vec<i32>,
+}
+
+impl<F: Float> SceneHitLists<F> {
+    fn with_room(rays: usize, hits: usize) -> Self {
+        Self { lists: HitLists::with_room(rays, hits), instance: Vec::with_capacity(hits) }
+    }
+
+    fn bytes(rays: usize, hits: usize) -> usize {
+        HitLists::<F>::bytes(rays, hits) + hits * size_of::<i32>()
+    }
+
+    fn new(lists: &mut Lists<Seen>) -> Result<Self, Error> {
+        lists.allowance.take(lists.hits.len() * size_of::<i32>())?;
+        let instance = lists.hits.iter().map(|seen| seen.instance as i32).collect();
+        Ok(Self { lists: HitLists::new(lists, |seen| &seen.hit)?, instance })
+    }
+
+    fn append(&mut self, other: Self) {
+        self.lists.append(other.lists);
+        self.instance.extend(other.instance);
+    }
 }
 
 /// What a thread keeps from one chunk of rays to the next.
@@ -89,29 +110,28 @@ impl SceneTracer<'_> {
         most: usize,
         control: &Control,
     ) -> Result<SceneHitLists<F>, Error> {
-        let lists: Vec<Vec<Seen>> = each(self, FEW, batch, control, |worker, lists: &mut [Vec<Seen>]| {
-            for (ray, hits) in worker.rays.iter().zip(lists) {
-                self.all(&[*ray], most, &mut worker.stack, hits, &mut Vec::with_capacity(1));
-            }
-        })?;
-        let hits = || lists.iter().flatten();
-        let numbers = |value: fn(&Seen) -> f64| hits().map(|hit| F::narrowed(value(hit))).collect();
-        let mut offsets = Vec::with_capacity(lists.len() + 1);
-        offsets.push(0);
-        offsets.extend(lists.iter().scan(0, |end, hits| {
-            *end += hits.len() as i64;
-            Some(*end)
-        }));
-        Ok(SceneHitLists {
-            lists: HitLists {
-                offsets,
-                t: numbers(|hit| hit.hit.t),
-                triangle: hits().map(|hit| hit.hit.triangle as i32).collect(),
-                u: numbers(|hit| hit.hit.u),
-                v: numbers(|hit| hit.hit.v),
-            },
-            instance: hits().map(|hit| hit.instance as i32).collect(),
-        })
+        const WHAT: &str = "the hits";
+        let (count, parts) = (batch.len(), batch.len().div_ceil(FEW));
+        // Twice the lists of the parts while they are put in a row.
+        self.room(WHAT, 2 * size_of::<SceneHitLists<F>>() * parts)?;
+        let headroom = Headroom::new(WHAT);
+        control.start(count);
+        let parts: Vec<SceneHitLists<F>> = (0..parts)
+            .into_par_iter()
+            .map_init(Worker::default, |worker, part| {
+                let first = part * FEW;
+                worker.take(batch, first, FEW.min(count - first));
+                control.advance(worker.rays.len())?;
+                let mut lists = Lists::of(&headroom);
+                self.all(&worker.rays, most, &mut worker.stack, &mut lists)?;
+                SceneHitLists::new(&mut lists)
+            })
+            .collect::<Result<_, Error>>()?;
+        let hits = parts.iter().map(|part| part.instance.len()).sum();
+        memory::room(WHAT, SceneHitLists::<F>::bytes(count, hits))?;
+        let mut lists = SceneHitLists::with_room(count, hits);
+        parts.into_iter().for_each(|part| lists.append(part));
+        Ok(lists)
     }
 
     /// How many images of triangles each ray of a batch crosses; none for an invalid ray.

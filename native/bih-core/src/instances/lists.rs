@@ -5,56 +5,55 @@ use std::marker::PhantomData;
 use super::queries::{Met, Place, Query};
 use super::scene::Instance;
 use super::shape::Shape;
+use crate::error::Error;
 use crate::geometry::{Corners, Ray};
+use crate::memory::Allowance;
 use crate::render::Seen;
 use crate::simd::Lanes;
-use crate::traverse::Visitor;
+use crate::traverse::{Kept, Visitor};
 
 /// All hits, nearest first, at most so many.
-pub(super) struct All<S> {
+pub(super) struct All<'a, 'b, S> {
     ray: Ray,
     place: Place,
-    met: Vec<Met<S>>,
-    most: usize,
-    /// How many there may be before all but the nearest are dropped: so seldom that sorting costs no more than they do.
-    room: usize,
+    kept: Kept<'a, 'b, Met<S>>,
     limit: f64,
 }
 
-impl<S: Shape> All<S> {
-    pub fn new(ray: &Ray, most: usize) -> Self {
-        let place = Place::none::<S>(ray);
-        Self { ray: *ray, place, met: Vec::new(), most, room: most, limit: ray.t_max }
+impl<'a, 'b, S: Shape> All<'a, 'b, S> {
+    pub fn new(ray: &Ray, most: usize, allowance: &'a mut Allowance<'b>) -> Self {
+        Self { ray: *ray, place: Place::none::<S>(ray), kept: Kept::new(most, allowance), limit: ray.t_max }
     }
 
     /// Keep the nearest, in order, and one of those that are the same.
     fn arrange(&mut self) {
-        let Self { place: Place { test, .. }, met, most, .. } = self;
-        // Nearly everything is in order after this, which costs less.
-        met.sort_unstable_by(|a, b| a.distance.t.total_cmp(&b.distance.t).then(a.rows().cmp(&b.rows())));
-        met.sort_by(|a, b| a.order(b, test));
-        met.dedup_by_key(|met| met.rows());
-        met.truncate(*most);
-        self.room = met.len().saturating_mul(2).max(*most);
-        if let Some(last) = met.last().filter(|_| met.len() == *most) {
+        let Self { place: Place { test, .. }, kept, .. } = self;
+        let sort = |met: &mut [Met<S>]| {
+            // Nearly everything is in order after this, which costs less. Neither asks for memory.
+            met.sort_unstable_by(|a, b| a.distance.t.total_cmp(&b.distance.t).then(a.rows().cmp(&b.rows())));
+            met.sort_unstable_by(|a, b| a.order(b, test));
+        };
+        kept.arrange(sort, |a, b| a.rows() == b.rows());
+        if let Some(last) = kept.last() {
             self.limit = last.distance.upper();
         }
     }
 
-    /// Append the hits.
-    pub fn finish(mut self, hits: &mut Vec<Seen>) {
+    /// The hits in order, made of what was met; an error if there was no memory for all.
+    pub fn finish(mut self) -> Result<impl ExactSizeIterator<Item = Seen> + use<S>, Error> {
         self.arrange();
-        hits.extend(self.met.iter().map(|met| met.hit(&self.place.test)));
+        let test = self.place.test;
+        Ok(self.kept.all()?.into_iter().map(move |met| met.hit(&test)))
     }
 }
 
-impl<S: Shape> Visitor for All<S> {
+impl<S: Shape> Visitor for All<'_, '_, S> {
     #[inline(always)]
     fn visit<L: Lanes>(&mut self, row: u32, corners: &Corners) -> bool {
         let shape = S::of(&self.place.place, corners);
         if let Some(distance) = shape.distance_within(&self.ray, &self.place.test) {
-            self.met.push(Met { instance: self.place.row, row, shape, distance });
-            if self.met.len() >= self.room {
+            let met = Met { instance: self.place.row, row, shape, distance };
+            if self.kept.add(met) {
                 self.arrange();
             }
         }
@@ -67,7 +66,7 @@ impl<S: Shape> Visitor for All<S> {
     }
 }
 
-impl<S: Shape> Query for All<S> {
+impl<S: Shape> Query for All<'_, '_, S> {
     #[inline(always)]
     fn enter(&mut self, row: u32, instance: &Instance) {
         self.place = Place::new::<S>(row, instance, &self.ray);

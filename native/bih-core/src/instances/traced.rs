@@ -4,7 +4,7 @@ use super::tracer::SceneTracer;
 use crate::build::Precision;
 use crate::geometry::{Corners, Ray, Vector};
 use crate::render::{Seen, Traced};
-use crate::traverse::{Counts, Stack};
+use crate::traverse::{Counts, Lists, Stack};
 
 impl Traced for SceneTracer<'_> {
     type Stack = Stack;
@@ -26,7 +26,10 @@ impl Traced for SceneTracer<'_> {
     }
 
     fn all(&self, ray: &Ray, stack: &mut Stack, seen: &mut Vec<Seen>) {
-        SceneTracer::all(self, &[*ray], usize::MAX, stack, seen, &mut Vec::with_capacity(1));
+        let mut lists = Lists::default();
+        // A panic comes to Python as one; it ends no process.
+        SceneTracer::all(self, &[*ray], usize::MAX, stack, &mut lists).expect("memory for the hits of one ray");
+        seen.append(&mut lists.hits);
     }
 
     fn cost(&self, rays: &[Ray], stack: &mut Stack, counts: &mut [Counts]) {

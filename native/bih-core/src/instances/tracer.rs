@@ -6,11 +6,12 @@ use super::scene::{Model, Scene};
 use super::shape::Shape;
 use super::walk::search;
 use crate::build::Precision;
+use crate::error::Error;
 use crate::geometry::{Corners, Ray};
 use crate::intersect::Image;
 use crate::render::Seen;
 use crate::simd::{Kernel, Lanes, dispatch_common_to, instruction_sets};
-use crate::traverse::{Counts, Stack, Uncounted};
+use crate::traverse::{Counts, Lists, Stack, Uncounted};
 
 /// A scene and the models that it was made of.
 #[derive(Debug, Clone, Copy)]
@@ -37,9 +38,9 @@ impl SceneTracer<'_> {
     }
 
     /// Append the hits of each ray, nearest first, of equal distances that of the lower instance first and there the lower
-    /// row, at most so many of each, one at least; none for an invalid ray. Where those of each ray end is put into `ends`.
-    pub fn all(&self, rays: &[Ray], most: usize, stack: &mut Stack, hits: &mut Vec<Seen>, ends: &mut Vec<usize>) {
-        in_lanes(In { tracer: self, work: ListAll { rays, most: most.max(1), stack, hits, ends } });
+    /// row, at most so many of each, one at least; none for an invalid ray. An error where memory for them is refused.
+    pub fn all(&self, rays: &[Ray], most: usize, stack: &mut Stack, lists: &mut Lists<Seen>) -> Result<(), Error> {
+        in_lanes(In { tracer: self, work: ListAll { rays, most: most.max(1), stack, lists } })
     }
 
     /// How many images of triangles each ray crosses between its ends, once it is moved by less than any number; none for
@@ -58,13 +59,14 @@ impl SceneTracer<'_> {
     }
 }
 
-fn in_lanes(kernel: impl Kernel<Output = ()>) {
-    dispatch_common_to(instruction_sets()[0], kernel);
+fn in_lanes<K: Kernel>(kernel: K) -> K::Output {
+    dispatch_common_to(instruction_sets()[0], kernel)
 }
 
 /// Work on some rays that is written once for both forms of images.
 trait Work {
-    fn run<L: Lanes, S: Shape>(self, tracer: &SceneTracer);
+    type Output;
+    fn run<L: Lanes, S: Shape>(self, tracer: &SceneTracer) -> Self::Output;
 }
 
 struct In<'a, W> {
@@ -73,9 +75,9 @@ struct In<'a, W> {
 }
 
 impl<W: Work> Kernel for In<'_, W> {
-    type Output = ();
+    type Output = W::Output;
     #[inline(always)]
-    fn run<L: Lanes>(self) {
+    fn run<L: Lanes>(self) -> W::Output {
         match self.tracer.scene.precision {
             Precision::Exact => self.work.run::<L, Image>(self.tracer),
             Precision::Fast | Precision::Watertight => self.work.run::<L, Corners>(self.tracer),
@@ -90,6 +92,7 @@ struct Closest<'a> {
 }
 
 impl Work for Closest<'_> {
+    type Output = ();
     #[inline(always)]
     fn run<L: Lanes, S: Shape>(self, SceneTracer { scene, models }: &SceneTracer) {
         for (ray, hit) in self.rays.iter().zip(self.hits).filter(|(ray, _)| ray.is_valid()) {
@@ -107,6 +110,7 @@ struct Occluded<'a> {
 }
 
 impl Work for Occluded<'_> {
+    type Output = ();
     #[inline(always)]
     fn run<L: Lanes, S: Shape>(self, SceneTracer { scene, models }: &SceneTracer) {
         for (ray, is_hidden) in self.rays.iter().zip(self.hidden).filter(|(ray, _)| ray.is_valid()) {
@@ -117,25 +121,28 @@ impl Work for Occluded<'_> {
     }
 }
 
-struct ListAll<'a> {
+struct ListAll<'a, 'b> {
     rays: &'a [Ray],
     most: usize,
     stack: &'a mut Stack,
-    hits: &'a mut Vec<Seen>,
-    ends: &'a mut Vec<usize>,
+    lists: &'a mut Lists<'b, Seen>,
 }
 
-impl Work for ListAll<'_> {
+impl Work for ListAll<'_, '_> {
+    type Output = Result<(), Error>;
     #[inline(always)]
-    fn run<L: Lanes, S: Shape>(self, SceneTracer { scene, models }: &SceneTracer) {
-        for ray in self.rays {
+    fn run<L: Lanes, S: Shape>(self, SceneTracer { scene, models }: &SceneTracer) -> Self::Output {
+        let Self { rays, most, stack, lists } = self;
+        for ray in rays {
             if ray.is_valid() {
-                let mut all = All::<S>::new(ray, self.most);
-                search::<L, _, _>(scene, models, ray, &mut all, self.stack, &mut [Uncounted; 2]);
-                all.finish(self.hits);
+                let mut all = All::<S>::new(ray, most, &mut lists.allowance);
+                search::<L, _, _>(scene, models, ray, &mut all, stack, &mut [Uncounted; 2]);
+                let hits = all.finish()?;
+                lists.extend(hits)?;
             }
-            self.ends.push(self.hits.len());
+            lists.ends.push(lists.hits.len());
         }
+        Ok(())
     }
 }
 
@@ -146,6 +153,7 @@ struct CountCrossings<'a> {
 }
 
 impl Work for CountCrossings<'_> {
+    type Output = ();
     #[inline(always)]
     fn run<L: Lanes, S: Shape>(self, SceneTracer { scene, models }: &SceneTracer) {
         for (ray, count) in self.rays.iter().zip(self.counts).filter(|(ray, _)| ray.is_valid()) {
@@ -163,6 +171,7 @@ struct Cost<'a> {
 }
 
 impl Work for Cost<'_> {
+    type Output = ();
     #[inline(always)]
     fn run<L: Lanes, S: Shape>(self, SceneTracer { scene, models }: &SceneTracer) {
         for (ray, counts) in self.rays.iter().zip(self.counts).filter(|(ray, _)| ray.is_valid()) {

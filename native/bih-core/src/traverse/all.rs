@@ -17,7 +17,7 @@ use crate::build::Precision;
 use crate::error::Error;
 use crate::geometry::{Corners, Ray, Triangles};
 use crate::intersect::{Distance, RayTest, SingleHit, SingleRay};
-use crate::memory::Allowance;
+use crate::memory::{Allowance, Headroom};
 use crate::simd::{Kernel, Lanes, dispatch_common_to};
 use crate::tree::Tree;
 
@@ -39,18 +39,28 @@ impl Tracer<'_> {
 }
 
 /// The hits of some rays, one ray after another.
-#[derive(Debug, Default)]
-pub struct Lists<'a> {
+#[derive(Debug)]
+pub struct Lists<'a, H = Hit> {
     /// All of them.
-    pub hits: Vec<Hit>,
+    pub hits: Vec<H>,
     /// Where those of each ray end.
     pub ends: Vec<usize>,
     /// What they may take.
     pub allowance: Allowance<'a>,
 }
 
-impl Lists<'_> {
-    fn extend(&mut self, hits: impl ExactSizeIterator<Item = Hit>) -> Result<(), Error> {
+impl<H> Default for Lists<'_, H> {
+    fn default() -> Self {
+        Self { hits: Vec::new(), ends: Vec::new(), allowance: Allowance::default() }
+    }
+}
+
+impl<'a, H> Lists<'a, H> {
+    pub(crate) fn of(headroom: &'a Headroom) -> Self {
+        Self { allowance: Allowance::of(headroom), ..Self::default() }
+    }
+
+    pub(crate) fn extend(&mut self, hits: impl ExactSizeIterator<Item = H>) -> Result<(), Error> {
         if self.hits.capacity() - self.hits.len() < hits.len() {
             self.allowance.grow(&mut self.hits, hits.len())?;
         }
@@ -86,7 +96,7 @@ impl Kernel for All<'_, '_> {
 }
 
 /// The nearest of what it is given, at most so many.
-struct Kept<'a, 'b, T> {
+pub(crate) struct Kept<'a, 'b, T> {
     items: Vec<T>,
     most: usize,
     /// How many there may be before all but the nearest are dropped.
@@ -97,14 +107,14 @@ struct Kept<'a, 'b, T> {
 }
 
 impl<'a, 'b, T> Kept<'a, 'b, T> {
-    fn new(most: usize, allowance: &'a mut Allowance<'b>) -> Self {
+    pub fn new(most: usize, allowance: &'a mut Allowance<'b>) -> Self {
         Self { items: Vec::new(), most, room: most, allowance, refused: None }
     }
 
     /// Add one, whether it is near or not. Whether it is time for `arrange`: so seldom that sorting costs no more than the
     /// items do.
     #[inline(always)]
-    fn add(&mut self, item: T) -> bool {
+    pub fn add(&mut self, item: T) -> bool {
         if self.items.len() == self.items.capacity() && self.is_refused() {
             return false;
         }
@@ -122,12 +132,12 @@ impl<'a, 'b, T> Kept<'a, 'b, T> {
     }
 
     /// Those that were kept, unless there was no memory for all.
-    fn all(self) -> Result<Vec<T>, Error> {
+    pub fn all(self) -> Result<Vec<T>, Error> {
         self.refused.map_or(Ok(self.items), Err)
     }
 
     /// Keep the nearest, in order, and one of those that are the same.
-    fn arrange(&mut self, sort: impl FnOnce(&mut [T]), are_same: impl Fn(&T, &T) -> bool) {
+    pub fn arrange(&mut self, sort: impl FnOnce(&mut [T]), are_same: impl Fn(&T, &T) -> bool) {
         sort(&mut self.items);
         self.items.dedup_by(|a, b| are_same(a, b));
         self.items.truncate(self.most);
@@ -135,7 +145,7 @@ impl<'a, 'b, T> Kept<'a, 'b, T> {
     }
 
     /// The last one, if there are as many as there can be.
-    fn last(&self) -> Option<&T> {
+    pub fn last(&self) -> Option<&T> {
         self.items.last().filter(|_| self.items.len() == self.most)
     }
 }

@@ -2,13 +2,14 @@
 
 use rayon::prelude::*;
 
+use super::Hit;
 use super::all::Lists;
 use super::batch::{Float, RayBatch, Worker};
 use super::trace::Tracer;
 use crate::control::Control;
 use crate::error::Error;
 use crate::geometry::Triangles;
-use crate::memory::{self, Allowance, Headroom};
+use crate::memory::{self, Headroom};
 use crate::tree::Tree;
 
 /// The hits of many rays, one ray after another.
@@ -36,29 +37,35 @@ pub(super) fn few(tree: &Tree) -> usize {
 }
 
 impl<F: Float> HitLists<F> {
-    fn with_room(rays: usize, hits: usize) -> Self {
+    pub(crate) fn with_room(rays: usize, hits: usize) -> Self {
         let mut offsets = Vec::with_capacity(rays + 1);
         offsets.push(0);
         let numbers = || Vec::with_capacity(hits);
         Self { offsets, t: numbers(), triangle: Vec::with_capacity(hits), u: numbers(), v: numbers() }
     }
 
-    fn bytes(rays: usize, hits: usize) -> usize {
+    pub(crate) fn bytes(rays: usize, hits: usize) -> usize {
         (rays + 1) * size_of::<i64>() + hits * (3 * size_of::<F>() + size_of::<i32>())
     }
 
-    fn new(Lists { hits, ends, allowance }: &mut Lists) -> Result<Self, Error> {
+    /// Of hits that `hit` is a part of.
+    pub(crate) fn new<H>(
+        Lists { hits, ends, allowance }: &mut Lists<H>,
+        hit: impl Fn(&H) -> &Hit,
+    ) -> Result<Self, Error> {
         allowance.take(Self::bytes(ends.len(), hits.len()))?;
         let mut lists = Self::with_room(ends.len(), hits.len());
         lists.offsets.extend(ends.iter().map(|&end| end as i64));
-        lists.t.extend(hits.iter().map(|hit| F::narrowed(hit.t)));
-        lists.triangle.extend(hits.iter().map(|hit| hit.triangle as i32));
-        lists.u.extend(hits.iter().map(|hit| F::narrowed(hit.u)));
-        lists.v.extend(hits.iter().map(|hit| F::narrowed(hit.v)));
+        for hit in hits.iter().map(hit) {
+            lists.t.push(F::narrowed(hit.t));
+            lists.triangle.push(hit.triangle as i32);
+            lists.u.push(F::narrowed(hit.u));
+            lists.v.push(F::narrowed(hit.v));
+        }
         Ok(lists)
     }
 
-    fn append(&mut self, other: Self) {
+    pub(crate) fn append(&mut self, other: Self) {
         let start = self.t.len() as i64;
         self.offsets.extend(other.offsets[1..].iter().map(|end| start + end));
         self.t.extend(other.t);
@@ -89,12 +96,12 @@ impl RayBatch<'_> {
             .into_par_iter()
             .map_init(Worker::default, |worker, chunk| {
                 worker.take(self, chunk * TOGETHER..count.min((chunk + 1) * TOGETHER));
-                let mut lists = Lists { allowance: Allowance::of(&headroom), ..Default::default() };
+                let mut lists = Lists::of(&headroom);
                 for rays in worker.rays.chunks(few(tree)) {
                     control.advance(rays.len())?;
                     tracer.all(rays, most.max(1), &mut worker.stack, &mut lists)?;
                 }
-                HitLists::new(&mut lists)
+                HitLists::new(&mut lists, |hit| hit)
             })
             .collect::<Result<_, Error>>()?;
         let hits = parts.iter().map(|part| part.t.len()).sum();

@@ -31,6 +31,7 @@ mod watertight;
 mod wide;
 
 pub(crate) use aim::Aim;
+pub(crate) use all::Kept;
 pub use all::Lists;
 pub use batch::{Float, Hits, Limits, RayBatch, Vectors};
 pub use closest::Hit;
