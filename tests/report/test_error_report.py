@@ -246,8 +246,23 @@ def test_bars_and_exit_statuses(tmp_path):
     assert report.missed_bar(rows, Options()) == ""
 
 
+@pytest.mark.parametrize("bar", ["--max-wrong", "--max-leaks"])
+def test_a_missed_bar_is_exit_status_3(bar, tmp_path, monkeypatch):
+    class Broken(Wrong):
+        name = WATERTIGHT
+
+    monkeypatch.setattr(command, "methods", lambda threads: [Broken()])
+    done = run("--output", tmp_path, bar, 1)
+    assert done.status == 3 and len(done.errors) == 1 and "at most 1 were allowed" in done.errors[0]
+    assert (tmp_path / "index.html").exists()
+    assert run("--output", tmp_path, bar, 10**6).status == 0
+
+
 def test_wrong_usage_and_folders_that_take_nothing(tmp_path):
-    for words in (("--rays", 5), ("--only", "roof"), ("--max-wrong", -1), ("--threads", -1)):
+    for words in (
+        *(("--rays", 5), ("--only", "roof"), ("--max-wrong", -1), ("--threads", -1)),
+        *(("--only", "left-out", "--max-leaks", 0), ("--only", "image,stability", "--max-wrong", 0)),
+    ):
         with pytest.raises(UserError) as raised:
             run("--output", tmp_path / "never", *words)
         assert raised.value.exit_status == 2

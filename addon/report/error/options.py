@@ -45,6 +45,11 @@ class Options:
             value = getattr(self, name)
             if value is not None and value < 0:
                 raise UserError(f"--{name.replace('_', '-')} is {value}; it must be at least 0", exit_status=2)
+            if value is not None and "hits" not in self.sections:
+                # Else a check would pass of which nothing was measured.
+                raise UserError(
+                    f"--{name.replace('_', '-')} needs the section hits; --only leaves it out", exit_status=2
+                )
 
     def shown(self) -> dict[str, Any]:
         """For the page: those that change what is measured."""
