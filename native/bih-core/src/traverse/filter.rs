@@ -36,12 +36,49 @@ impl Filter {
     /// None where the bounds do not hold.
     #[inline(always)]
     pub(super) fn new(ray: &Ray, bounds: &Bounds, is_double: bool) -> Option<Self> {
-        // The distance that a coordinate can have from the origin, and what rounding the origin adds where it is rounded.
+        if is_double { Self::of_double(ray, bounds) } else { Self::of_single(ray, bounds) }
+    }
+
+    /// For vertices of single precision. The bounds are computed in single precision, too: as those of packets.
+    #[inline(always)]
+    fn of_single(ray: &Ray, bounds: &Bounds) -> Option<Self> {
+        const EDGE: f32 = (23.0 * U) as f32;
+        const SQUARE: f32 = (39.0 * U) as f32;
+        const DISTANCE: f32 = (20.0 * U) as f32;
+        let (origin, direction) = (ray.origin.map(|x| x as f32), ray.direction.map(|x| x as f32));
+        // The distance that a coordinate can have from the origin, and what rounding the origin adds.
+        let reach: [f32; 3] = std::array::from_fn(|axis| {
+            let [lower, upper] = [bounds.lower[axis] - origin[axis], bounds.upper[axis] - origin[axis]];
+            lower.abs().max(upper.abs()) + origin[axis].abs()
+        });
+        let ([x, y, z], [dx, dy, dz]) = (reach, direction.map(f32::abs));
+        let (distance, sum) = (x + y + z, dx + dy + dz);
+        let is_usual = distance < RANGE as f32 && DIRECTIONS.contains(&f64::from(dx.max(dy).max(dz)));
+        if !(ray.t_min >= 0.0 && is_usual) {
+            return None;
+        }
+        let moment = x * (dy + dz) + y * (dx + dz) + z * (dx + dy);
+        Some(Self {
+            origin,
+            direction,
+            t_min: round_up(ray.t_min),
+            edge_error: EDGE * moment + 2e-36,
+            square_error: SQUARE * sum,
+            above_error: DISTANCE * distance,
+            below_error: DISTANCE * sum,
+            least_above: 2e-36 + 2e-42 * distance,
+        })
+    }
+
+    /// For vertices of double precision.
+    #[inline(always)]
+    fn of_double(ray: &Ray, bounds: &Bounds) -> Option<Self> {
+        // The distance that a coordinate can have from the origin, which is not rounded.
         let mut reach = [0.0; 3];
         for (axis, reach) in reach.iter_mut().enumerate() {
             let origin = ray.origin[axis];
             let [lower, upper] = [f64::from(bounds.lower[axis]) - origin, f64::from(bounds.upper[axis]) - origin];
-            *reach = lower.abs().max(upper.abs()) + if is_double { 0.0 } else { origin.abs() };
+            *reach = lower.abs().max(upper.abs());
         }
         let [x, y, z] = reach;
         let [dx, dy, dz] = ray.direction.map(f64::abs);

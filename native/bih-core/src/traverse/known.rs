@@ -53,12 +53,12 @@ impl<L: Lanes> Errors<L> {
         let Met { size, u, v, t, longest } = *met;
         let square = longest.times(longest);
         let (zero, least) = (L::splat(0.0), L::splat(LEAST_ERROR));
-        let error = longest.times(self.edge).plus(square.times(self.square)).plus(least);
+        let error = square.fused(self.square, longest.fused(self.edge, least));
         let both = u.plus(v);
-        let outside = u.plus(error).below(zero).or(v.plus(error).below(zero)).or(size.plus(error).below(both));
+        let outside = u.minimum(v).plus(error).below(zero).or(size.plus(error).below(both));
         // Beyond the limit: t / size, each at its nearest, still exceeds it.
-        let above_error = square.times(self.above).plus(self.least_above);
-        let below_error = square.times(self.below).plus(least);
+        let above_error = square.fused(self.above, self.least_above);
+        let below_error = square.fused(self.below, least);
         let (nearest, most) = (t.minus(above_error), size.plus(below_error));
         let beyond = most.times(L::splat(MORE)).times(limit).below(nearest);
         let possible = !outside.or(beyond).bits() & lanes;
@@ -83,6 +83,10 @@ impl<L: Lanes> Known<L> {
         let (low, high) = (self.low.store(), self.high.store());
         let mut lanes = bits(self.sure);
         let mut first = lanes.next()?;
+        if self.possible.is_power_of_two() {
+            // Nearly always.
+            return (high[first] < before).then_some((first, low[first], high[first]));
+        }
         for lane in lanes {
             if high[lane] < high[first] {
                 first = lane;

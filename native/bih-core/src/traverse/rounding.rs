@@ -11,7 +11,7 @@ use crate::simd::{Kernel, Lanes, dispatch_common_to};
 const TOGETHER: usize = 64;
 
 /// Put t and the weights into hits of which only the triangles are known: all of precision `exact`, and those of precision
-/// `watertight` that were found in wide records.
+/// `watertight` that were found in wide records and have no weight yet.
 pub(super) fn round_hits(tracer: &Tracer, rays: &[Ray], hits: &mut [Option<Hit>]) {
     let are_known = match tracer.tree.precision {
         Precision::Fast => true,
@@ -51,13 +51,14 @@ impl Kernel for Rounding<'_> {
         let mut columns = Columns { numbers: [[0.0; TOGETHER]; 15], answers: [[f64::NAN; TOGETHER]; 3] };
         let mut found = [0; TOGETHER];
         for (rays, hits) in self.rays.chunks(TOGETHER).zip(self.hits.chunks_mut(TOGETHER)) {
+            let is_open = |hit: &&Hit| is_exact || hit.u.is_nan();
             // Memory is waited for once, not hit by hit.
-            let triangle = || hits.iter().flatten().map(|hit| hit.triangle);
+            let triangle = || hits.iter().flatten().filter(is_open).map(|hit| hit.triangle);
             triangle().for_each(|row| triangles.prefetch_row(row));
             triangle().for_each(|row| triangles.prefetch_corners(row));
             let mut count = 0;
             for (place, (ray, hit)) in rays.iter().zip(&*hits).enumerate() {
-                if let Some(hit) = hit {
+                if let Some(hit) = hit.as_ref().filter(is_open) {
                     columns.put(count, ray, &triangles.corners(hit.triangle));
                     found[count] = place;
                     count += 1;
@@ -75,6 +76,8 @@ impl Kernel for Rounding<'_> {
                 if is_exact {
                     if let Some(numbers) = rounded(quickly, &ray.origin, &ray.direction, corners) {
                         [hit.t, hit.u, hit.v] = numbers;
+                    } else if hit.u.is_nan() {
+                        hit.u = 0.0;
                     }
                 } else if quickly[0].is_nan() {
                     *hit = located(self.tracer, ray, hit, &corners());
@@ -94,7 +97,11 @@ fn located(tracer: &Tracer, ray: &Ray, hit: &Hit, corners: &Corners) -> Hit {
     let test = RayTest::new(ray, tracer.tree.bounds());
     // It is not if the caller has changed the mesh since it was built.
     let is_still_hit = test.is_inside(corners);
-    if is_still_hit { hit_at(&test, hit.triangle, corners, &Distance::new(&test, corners)) } else { *hit }
+    if is_still_hit {
+        hit_at(&test, hit.triangle, corners, &Distance::new(&test, corners))
+    } else {
+        Hit { u: 0.0, ..*hit }
+    }
 }
 
 /// The numbers of some hits, a column for each of them, and their distances and weights.

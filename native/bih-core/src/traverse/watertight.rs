@@ -7,8 +7,9 @@ use super::known::Known;
 use super::scene::{Leaf, Scene, bits};
 use super::search::{Search, Walker};
 use super::slab::{Slab, TINY};
+use crate::build::Precision;
 use crate::geometry::{Corners, Ray, round_down, round_up};
-use crate::intersect::RayTest;
+use crate::intersect::{RayTest, SingleRay, clamped, located_quickly};
 use crate::simd::{Lanes, Mask};
 
 /// None where single precision cannot tell.
@@ -62,11 +63,12 @@ impl Place {
         Self { first: leaf.first as u32, count: leaf.count as u8, lane: lane as u8 }
     }
 
-    /// The hit, none for none; t, which is no more than `limit`, and the weights are left to `Tracer::closest`.
+    /// The hit, none for none; t, which is no more than `limit`, and the weights are left to `Tracer::closest`, which a weight
+    /// that is NaN tells.
     #[inline(always)]
     pub(super) fn hit(self, scene: &Scene, limit: f32) -> Option<Hit> {
         let row = || scene.row(self.first as usize + usize::from(self.lane));
-        (self.count > 0).then(|| Hit { t: f64::from(limit), triangle: row(), u: 0.0, v: 0.0 })
+        (self.count > 0).then(|| Hit { t: f64::from(limit), triangle: row(), u: f64::NAN, v: 0.0 })
     }
 
     /// Its reference and corners; none for none.
@@ -97,6 +99,20 @@ impl WatertightClosest {
         Nearest::resumed(&self.ray, scene.tree, self.best.triangle(scene))
     }
 
+    /// The hit with t and weights, where its corners are at hand in its leaf and double precision is enough for them.
+    #[inline(always)]
+    fn located(&self, hit: Hit, scene: &Scene) -> Hit {
+        let leaf = Leaf { first: self.best.first as usize, count: self.best.count.into() };
+        let Some(rows) = scene.rows(leaf).filter(|_| scene.is_small) else { return hit };
+        let corners = rows.corners(self.best.lane.into());
+        let [t, u, v] = located_quickly(&self.ray.origin, &self.ray.direction, &corners);
+        if t.is_nan() {
+            return hit;
+        }
+        let [u, v] = clamped([u, v]);
+        Hit { t, u, v, ..hit }
+    }
+
     /// Whether what is known tells which triangle is the nearest now. If so, it is taken.
     #[inline(always)]
     fn take<L: Lanes>(&mut self, known: &Known<L>, scene: &Scene, leaf: Leaf) -> bool {
@@ -123,10 +139,23 @@ impl WatertightClosest {
     }
 }
 
+/// As the boxes see it: a ray that is all of single precision, as most are, takes no division in double precision.
+#[inline(always)]
+fn slab(ray: &Ray, scene: &Scene) -> Option<Slab> {
+    let (origin, direction) = (ray.origin.map(|x| x as f32), ray.direction.map(|x| x as f32));
+    let are_same = (0..3).fold(true, |all, axis| {
+        all & (f64::from(origin[axis]) == ray.origin[axis]) & (f64::from(direction[axis]) == ray.direction[axis])
+    });
+    if are_same {
+        return Slab::single(&SingleRay { origin, direction, t_min: round_down(ray.t_min), t_max: f32::MAX }, scene);
+    }
+    Slab::new(ray, scene)
+}
+
 impl Walker for WatertightClosest {
     #[inline(always)]
     fn slab(&self, ray: &Ray, scene: &Scene) -> Option<Slab> {
-        Slab::new(ray, scene)
+        slab(ray, scene)
     }
 
     fn ray(&self) -> Ray {
@@ -159,7 +188,8 @@ impl Search for WatertightClosest {
 
     #[inline(always)]
     fn answer(&self, scene: &Scene) -> Option<Hit> {
-        self.best.hit(scene, self.limit)
+        let hit = self.best.hit(scene, self.limit)?;
+        Some(if scene.tree.precision == Precision::Watertight { self.located(hit, scene) } else { hit })
     }
 }
 
@@ -188,7 +218,7 @@ impl WatertightOccluded {
 impl Walker for WatertightOccluded {
     #[inline(always)]
     fn slab(&self, ray: &Ray, scene: &Scene) -> Option<Slab> {
-        Slab::new(ray, scene)
+        slab(ray, scene)
     }
 
     fn ray(&self) -> Ray {
