@@ -138,6 +138,9 @@ pub fn of_scene<'a>(
     let surfaces = surfaces.map_or(Ok(Vec::new()), read_surfaces)?;
     let meshes = meshes.iter().map(MeshArrays::look).collect::<PyResult<Vec<_>>>()?;
     let appearance = Appearance { surfaces, objects, first_triangles: None, meshes };
+    if appearance.surfaces.is_empty() {
+        return Ok(appearance);
+    }
     // Instances of one tree with the same first surface have the same ones.
     let mut seen = HashSet::new();
     let first = |object: usize| appearance.objects.get(object).map_or(0, |object| object.first_surface);

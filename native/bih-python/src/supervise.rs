@@ -9,8 +9,8 @@ use rayon::ThreadPool;
 
 use crate::errors::{BihError, Cancelled, to_exception};
 
-/// How often the caller hears of the progress.
-const INTERVAL: Duration = Duration::from_millis(20);
+/// How often the caller hears of the progress, and is heard where it wants to stop.
+const INTERVAL: Duration = Duration::from_millis(5);
 
 /// Run `work` without the interpreter lock, in `pool` or where none is given in the global one.
 pub fn run<T: Send>(

@@ -2,11 +2,12 @@
 
 use std::array::from_fn;
 
-use crate::geometry::{Bounds, Corners, Vector, cross, dot};
+use crate::geometry::{Bounds, Corners, Vector, add_scaled, cross, dot};
 use crate::intersect::{EPSILON, Image, rounded_sum};
 
 /// Products between this and its inverse, of numbers that are not zero, have a rounding error that is a double.
 const LEAST: f64 = 1e-270;
+const IDENTITY: [Vector; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
 /// x ↦ L x + T
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,6 +33,10 @@ impl Affine {
     /// The images of three corners.
     #[inline(always)]
     pub fn corners(&self, corners: &Corners) -> Corners {
+        if self.linear == IDENTITY {
+            // One sum is rounded once.
+            return corners.map(|corner| add_scaled(&corner, 1.0, &self.shift));
+        }
         [self.image(&corners[0]), self.image(&corners[1]), self.image(&corners[2])]
     }
 
@@ -135,6 +140,16 @@ mod tests {
             let point: Vector = from_fn(|_| number());
             let truth: Vector = from_fn(|i| rounded_sum(&place.linear[i], &point, place.shift[i]));
             assert_eq!(place.image(&point), truth, "{place:?} {point:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_only_shifted_is_rounded_once_too() {
+        let mut number = numbers();
+        for _ in 0..5_000 {
+            let place = Affine { linear: IDENTITY, shift: from_fn(|_| number()) };
+            let corners: Corners = from_fn(|_| from_fn(|_| number()));
+            assert_eq!(place.corners(&corners), corners.map(|corner| place.image(&corner)), "{place:?} {corners:?}");
         }
     }
 

@@ -4,7 +4,7 @@ use super::queries::Query;
 use super::scene::{Model, Scene, Way};
 use crate::geometry::{Corners, Ray};
 use crate::simd::Lanes;
-use crate::traverse::{Aim, Counter, Stack, Visitor, every_box, every_near};
+use crate::traverse::{Aim, Counter, Stack, Visitor, every_box, every_in_boxes, every_near};
 
 /// Ask the instances that a valid ray comes near to, of which those behind the query's limit do not matter.
 #[inline(always)]
@@ -40,13 +40,19 @@ impl<Q: Query, C: Counter> Visitor for Instances<'_, Q, C> {
         let Model { tree, triangles } = &self.models[instance.model as usize];
         // What is behind the nearest hit does not matter.
         let ray = Ray { t_max: self.query.limit(), ..*self.ray };
-        let (tree, aim) = match &instance.way {
-            Way::Inverse(inverse) => (*tree, inverse.aim(&instance.place, &ray)),
-            Way::Flat(number) => (&self.scene.flat[*number as usize], Aim::exact(&ray)),
-            Way::Empty => return false,
-        };
         self.query.enter(row, instance);
-        every_near::<L, _, C>(tree, triangles, &aim, self.stack, self.query, self.counter)
+        let Self { stack, query, counter, .. } = self;
+        match &instance.way {
+            Way::Inverse(inverse) => {
+                let aim = inverse.aim(&instance.place, &ray);
+                every_near::<L, _, C>(tree, triangles, &aim, stack, *query, counter)
+            }
+            Way::Flat(number) => {
+                let tree = &self.scene.flat[*number as usize];
+                every_in_boxes::<L, _, C>(tree, triangles, &Aim::exact(&ray), stack, *query, counter)
+            }
+            Way::Empty => false,
+        }
     }
 
     #[inline(always)]

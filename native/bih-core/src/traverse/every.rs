@@ -36,10 +36,24 @@ pub(super) fn every<L: Lanes, V: Visitor>(
     along::<L, V, _>(tree, triangles, &Aim::exact(ray), filter, stack, visitor, &mut Uncounted);
 }
 
-/// The same for what is hit by the ray that this one leads to: every triangle near whose box it comes. Whether the visitor
-/// has its answer.
+/// The same for images of the triangles that the ray meets which this one leads to. Whether the visitor has its answer.
 #[inline(always)]
 pub(crate) fn every_near<L: Lanes, V: Visitor, C: Counter>(
+    tree: &Tree,
+    triangles: &Triangles,
+    aim: &Aim,
+    stack: &mut Stack,
+    visitor: &mut V,
+    counter: &mut C,
+) -> bool {
+    let filter = tree.wide.as_ref().and_then(|_| Filter::around(aim, &tree.bounds, triangles.is_double()));
+    along::<L, V, C>(tree, triangles, aim, filter, stack, visitor, counter)
+}
+
+/// The same where the tree is over boxes of the images, and the triangles themselves are elsewhere: all whose boxes the ray
+/// comes near to.
+#[inline(always)]
+pub(crate) fn every_in_boxes<L: Lanes, V: Visitor, C: Counter>(
     tree: &Tree,
     triangles: &Triangles,
     aim: &Aim,

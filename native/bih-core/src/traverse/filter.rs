@@ -1,5 +1,6 @@
 //! What single precision knows of the triangles of a leaf: docs/accuracy.md, section 4.
 
+use super::aim::Aim;
 use super::fast::splat;
 use super::known::{Errors, Known, Met};
 use super::scene::{Leaf, Scene};
@@ -36,7 +37,7 @@ impl Filter {
     /// None where the bounds do not hold.
     #[inline(always)]
     pub(super) fn new(ray: &Ray, bounds: &Bounds, is_double: bool) -> Option<Self> {
-        if is_double { Self::of_double(ray, bounds) } else { Self::of_single(ray, bounds) }
+        if is_double { Self::around(&Aim::exact(ray), bounds, true) } else { Self::of_single(ray, bounds) }
     }
 
     /// For vertices of single precision. The bounds are computed in single precision, too: as those of packets.
@@ -70,15 +71,18 @@ impl Filter {
         })
     }
 
-    /// For vertices of double precision.
+    /// For what is hit by the ray that this one leads to: that is hit by this one, too, from an origin within the spread.
+    /// What is sure of this ray is not so of that.
     #[inline(always)]
-    fn of_double(ray: &Ray, bounds: &Bounds) -> Option<Self> {
-        // The distance that a coordinate can have from the origin, which is not rounded.
+    pub(super) fn around(Aim { ray, spread }: &Aim, bounds: &Bounds, is_double: bool) -> Option<Self> {
+        // The distance that a coordinate can have from the origin, and what the origin can be off by, in units of what
+        // rounding it to single precision takes.
         let mut reach = [0.0; 3];
         for (axis, reach) in reach.iter_mut().enumerate() {
             let origin = ray.origin[axis];
             let [lower, upper] = [f64::from(bounds.lower[axis]) - origin, f64::from(bounds.upper[axis]) - origin];
-            *reach = lower.abs().max(upper.abs());
+            let rounded = if is_double { 0.0 } else { origin.abs() };
+            *reach = lower.abs().max(upper.abs()) + rounded + spread[axis] / U;
         }
         let [x, y, z] = reach;
         let [dx, dy, dz] = ray.direction.map(f64::abs);
@@ -204,12 +208,16 @@ mod tests {
     }
 
     impl Case {
+        fn bounds(&self) -> Bounds {
+            self.triangles.iter().fold(Bounds::EMPTY, |bounds, corners| bounds.union(&Bounds::of_triangle(corners)))
+        }
+
         fn filter(&self) -> Option<Filter> {
-            let mut bounds = Bounds::EMPTY;
-            for corners in &self.triangles {
-                bounds = bounds.union(&Bounds::of_triangle(corners));
-            }
-            Filter::new(&self.ray, &bounds, self.is_double)
+            Filter::new(&self.ray, &self.bounds(), self.is_double)
+        }
+
+        fn filter_around(&self, spread: Vector) -> Option<Filter> {
+            Filter::around(&Aim { ray: self.ray, spread }, &self.bounds(), self.is_double)
         }
 
         fn known(&self, filter: Option<Filter>, set: InstructionSet) -> Answer {
@@ -348,5 +356,30 @@ mod tests {
             "{tested} {sure} {left_out}"
         );
         assert!(cfg!(miri) || errors_if_smaller > 0, "{errors_if_smaller}");
+    }
+
+    /// What the ray hits is possible for one that starts elsewhere within the spread; not so if that were not said.
+    #[test]
+    fn what_is_hit_from_nearby_is_possible() {
+        let mut numbers = Numbers(2);
+        let (mut tested, mut left_out, mut errors_without) = (0, 0, 0);
+        for round in 0..if cfg!(miri) { 20 } else { 3_000 } {
+            let case = case(&mut numbers, round % 2 == 0);
+            let size = case.triangles[0].as_flattened().iter().fold(0.0f64, |size, x| size.max(x.abs()));
+            let spread: Vector = std::array::from_fn(|_| size * [1e-12, 1e-6, 1e-3][numbers.below(3) as usize]);
+            let origin = std::array::from_fn(|i| case.ray.origin[i] + 0.99 * spread[i] * numbers.next());
+            let near = Case { ray: Ray { origin, ..case.ray }, triangles: case.triangles, ..case };
+            let mut errors = |filter| -> Option<usize> {
+                let (possible, _, low, high) = near.known(filter, instruction_sets()[0])?;
+                left_out += possible.count_zeros();
+                Some(case.errors((possible, 0, low, high)))
+            };
+            let Some(errors_within) = errors(near.filter_around(spread)) else { continue };
+            assert_eq!(errors_within, 0, "{:?} {spread:?} {:?}", case.ray, near.triangles);
+            tested += 1;
+            errors_without += errors(near.filter()).unwrap_or(0);
+        }
+        let counts = (tested, left_out, errors_without);
+        assert!(cfg!(miri) || tested > 2_000 && left_out > 5_000 && errors_without > 0, "{counts:?}");
     }
 }

@@ -39,7 +39,7 @@ pub(crate) use closest::{distance_within, hit_at, is_between};
 pub use contains::contains;
 pub use counters::{Counter, Counts, Uncounted};
 pub use decisions::Decisions;
-pub(crate) use every::{Visitor, every_box, every_near};
+pub(crate) use every::{Visitor, every_box, every_in_boxes, every_near};
 pub use lists::HitLists;
 pub use naive::{naive_all, naive_closest, naive_contains, naive_count, naive_occluded};
 pub use packet::PACKET;
