@@ -13,7 +13,7 @@ from .camera import camera_view
 from .export import contents
 from .modal_work import ModalWork
 from .properties import settings_of
-from .trees import TREES, OfBuiltTree
+from .trees import TREES, OfBuiltTree, sources
 from .worker import Worker
 
 LOOK = (320, 240)
@@ -28,12 +28,16 @@ class BIH_OT_build(ModalWork, bpy.types.Operator):
         "Takes the build's time and memory until Free; Esc ends it"
     )
 
+    _sources: frozenset[int] = frozenset()
+
     def started(self, context: bpy.types.Context) -> Worker[Any]:
+        self._sources = sources(context)
         return build_worker(context, settings_of(context.scene))
 
     def finished(self, context: bpy.types.Context, result: Any) -> str:
-        TREES.of(context.scene).free()
-        TREES.of(context.scene).main = result
+        trees = TREES.of(context.scene)
+        trees.free()
+        trees.main, trees.sources = result, self._sources
         redraw(context)
         stats = result.tree.stats
         return f"BIH: {stats.triangles:,} triangles, {stats.nodes:,} nodes in {stats.build_seconds:.3f} s"

@@ -78,7 +78,7 @@ class Overlay:
         """Called by Blender for each viewport, with its matrices set."""
         scene = bpy.context.scene
         trees, chosen = TREES.of(scene), scene.bih_overlay
-        if trees.main is None:
+        if not trees.is_of(scene):
             self._layers.pop(scene.session_uid, None)
             return
         if not chosen.is_shown or not _shows_overlays():
@@ -106,11 +106,12 @@ class Overlay:
         """The legend, and what stands beside nodes; called with one unit a pixel."""
         scene = bpy.context.scene
         chosen, trees = scene.bih_overlay, TREES.of(scene)
-        if trees.main is None or not (chosen.is_shown and chosen.legend and _shows_overlays()):
+        if not (trees.is_of(scene) and chosen.is_shown and chosen.legend and _shows_overlays()):
             return
         from ..pipeline import overlay_legend_lines
         from . import overlay_text
 
+        assert trees.main is not None
         nodes, shown, first, last = trees.main.nodes, chosen.shown, chosen.first_depth, chosen.last_depth
         entries = self._layers_of(scene).layer(
             "legend",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import bpy
 
 from ..pipeline.overlay_boxes import SHOWN
-from .panel_parts import draw_table, note, plain
+from .panel_parts import draw_or_automatic, draw_table, note, plain
 from .trees import TREES
 
 
@@ -28,7 +28,7 @@ def draw_overlay(layout: bpy.types.UILayout, scene: bpy.types.Scene) -> None:
     row.prop(chosen, "filled")
     row.prop(chosen, "legend")
     row.prop(chosen, "cost")
-    layout.prop(chosen, "most_lines")
+    draw_or_automatic(layout, chosen, "most_lines")
     column = layout.column(align=True)
     pair = column.row(align=True)
     pair.operator("bih.pick_ray", icon="EYEDROPPER")

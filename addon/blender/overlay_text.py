@@ -7,7 +7,7 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ..pipeline import cost_map
+from ..pipeline import cost_map, overlay_legend_lines
 from ..pipeline import overlay_style as style
 from .properties import STRUCTURE_TEXT
 from .trees import SceneTrees
@@ -67,25 +67,31 @@ def _draw_scale(cost: Any, left: float, bottom: float, unit: float) -> None:
 
 def _draw_names(context: bpy.types.Context, trees: SceneTrees, unit: float) -> None:
     """Above the box of each structure as it is seen."""
+    import blf
     from bpy_extras.view3d_utils import location_3d_to_region_2d
 
     from ..pipeline.overlay_boxes import boxes_of
     from .overlay_layers import beside
 
     assert trees.main is not None
+    labels, places = [], []
     for built, move in ((trees.main, 0.0), (trees.other, beside(trees))):
         assert built is not None
         corners = boxes_of(built.nodes[:1])[0] + move
         seen = [location_3d_to_region_2d(context.region, context.region_data, corner) for corner in corners.tolist()]
         if None in seen:
             continue
-        x, top = sum(place.x for place in seen) / len(seen), max(place.y for place in seen)
         stats = built.tree.stats
         below = (
             f"{stats.tree_bytes / max(1, stats.triangles):.0f} bytes a triangle, built in {stats.build_seconds:.3f} s"
         )
-        _text(x, top + 2.2 * SIZE * unit, STRUCTURE_TEXT[stats.structure][0], is_centred=True)
-        _text(x, top + 0.8 * SIZE * unit, below, is_centred=True)
+        labels.append((STRUCTURE_TEXT[stats.structure][0], below))
+        x, top = sum(place.x for place in seen) / len(seen), max(place.y for place in seen)
+        places.append((x, top + 0.8 * SIZE * unit, blf.dimensions(FONT, below)[0] + 2 * SIZE * unit))
+    lower = overlay_legend_lines.apart(places, 3.2 * SIZE * unit)
+    for (name, below), (x, _, _), y in zip(labels, places, lower, strict=True):
+        _text(x, y + 1.4 * SIZE * unit, name, is_centred=True)
+        _text(x, y, below, is_centred=True)
 
 
 def _free_corner(context: bpy.types.Context, unit: float) -> tuple[float, float]:

@@ -16,6 +16,11 @@ from .trees import TREES
 CHARACTER, MARGIN = 6.4, 8
 """Width of a letter of Blender's interface in pixels, on average, and the letters that a panel's margins take."""
 
+PADDING = 16
+"""Pixels of a button beside its word."""
+NAMES = 0.4
+"""The share of a row that names take, as in Blender's own panels."""
+
 CHOICES = {"layout": settings.LAYOUTS, "heuristic": settings.HEURISTICS}
 
 
@@ -33,29 +38,63 @@ def draw_tree_settings(layout: bpy.types.UILayout, context: bpy.types.Context) -
     chosen = context.scene.bih
     layout.prop(chosen, "structure")
     for name, items in CHOICES.items():
-        draw_own_choices(layout, chosen, name, items)
+        draw_own_choices(layout, context, name, items)
     for name, part in properties.PARTS_OF_CHOICES.items():
         row = layout.row()
         row.enabled = not properties.why_not(chosen, part)
-        row.prop(chosen, name)
+        if name == "leaf_size":
+            draw_or_automatic(row, chosen, name)
+        else:
+            row.prop(chosen, name)
     layout.prop(chosen, "precision")
     for why in properties.notes(chosen):
         draw_wrapped(layout, why, context, icon="INFO")
 
 
-def draw_own_choices(layout: bpy.types.UILayout, chosen: BihSettings, name: str, items: Sequence[str]) -> None:
-    """All of them in a row; those that the structure does not have are grey."""
-    known = settings.GOES_WITH[chosen.structure][name]
-    whole = layout.split(factor=0.4)
-    label = whole.column()
-    label.alignment = "RIGHT"
-    label.label(text=chosen.bl_rna.properties[name].name)
-    row = whole.row(align=True)
-    row.use_property_split = False
+def draw_own_choices(layout: bpy.types.UILayout, context: bpy.types.Context, name: str, items: Sequence[str]) -> None:
+    """All of them, beside their name or below it, as there is room for; those that the structure does not have are
+    grey."""
+    chosen = context.scene.bih
+    known, shown = settings.GOES_WITH[chosen.structure][name], chosen.bl_rna.properties[name]
+    place = place_of_choices([shown.enum_items[item].name for item in items], letters(context) * CHARACTER)
+    if place == "beside":
+        buttons = named(layout, shown.name).row(align=True)
+    else:
+        column = layout.column(align=True)
+        column.label(text=shown.name)
+        buttons = column.row(align=True) if place == "below" else column.column(align=True)
+    buttons.use_property_split = False
     for item in items:
-        part = row.row(align=True)
+        part = buttons.row(align=True)
         part.enabled = item in known
         part.prop_enum(chosen, name, item)
+
+
+def place_of_choices(words: Sequence[str], width: float) -> str:
+    """Where buttons of equal width with these words are not cut off, in so many pixels: beside their name, below it, or
+    one below the other."""
+    needed = len(words) * (max(map(len, words)) * CHARACTER + PADDING)
+    if needed <= (1 - NAMES) * width:
+        return "beside"
+    return "below" if needed <= width else "stacked"
+
+
+def draw_or_automatic(layout: bpy.types.UILayout, chosen: bpy.types.PropertyGroup, name: str) -> None:
+    """A number that is chosen for you where it is 0: then a word beside it says so."""
+    row = named(layout, chosen.bl_rna.properties[name].name).row()
+    row.use_property_split = False
+    row.prop(chosen, name, text="")
+    if not getattr(chosen, name):
+        row.label(text="automatic")
+
+
+def named(layout: bpy.types.UILayout, name: str) -> bpy.types.UILayout:
+    """What stands beside a name, where Blender would put it."""
+    whole = layout.split(factor=NAMES)
+    label = whole.column()
+    label.alignment = "RIGHT"
+    label.label(text=name)
+    return whole.column()
 
 
 def draw_render_settings(layout: bpy.types.UILayout, chosen: BihSettings) -> None:
@@ -89,10 +128,14 @@ def draw_buttons(layout: bpy.types.UILayout, scene: bpy.types.Scene) -> None:
 
 def draw_build(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
     """The last build as a small table: what it is, what it cost, what it did without."""
-    made = TREES.of(context.scene).main
+    trees = TREES.of(context.scene)
+    made = trees.main
     if made is None:
         layout.label(text="No tree is built", icon="INFO")
         return
+    if gone := trees.deleted(context.scene):
+        what = f"Of {len(trees.sources):,} objects {gone:,} are gone since: build again"
+        draw_wrapped(layout, what, context, icon="ERROR")
     from ..pipeline import built
 
     draw_table(layout, built.table(made))
@@ -128,12 +171,16 @@ def draw_needs(layout: bpy.types.UILayout, parts: Sequence[Mapping[str, Any]], c
 
 def draw_wrapped(layout: bpy.types.UILayout, text: str, context: bpy.types.Context, *, icon: str = "NONE") -> None:
     """As many lines as the region's width asks for: Blender cuts a label off where it ends."""
-    characters = context.region.width / (CHARACTER * context.preferences.system.ui_scale) - MARGIN
     column = layout.column(align=True)
     column.scale_y = 0.8
     later = "NONE" if icon == "NONE" else "BLANK1"
-    for number, line in enumerate(wrap(text, max(16, int(characters)))):
+    for number, line in enumerate(wrap(text, max(16, int(letters(context))))):
         column.label(text=line, icon=later if number else icon)
+
+
+def letters(context: bpy.types.Context) -> float:
+    """How many stand beside each other in a panel of this region, on average."""
+    return context.region.width / (CHARACTER * context.preferences.system.ui_scale) - MARGIN
 
 
 def note(layout: bpy.types.UILayout, text: str) -> None:

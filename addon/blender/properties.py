@@ -105,8 +105,9 @@ class BihSettings(bpy.types.PropertyGroup):
     )
     leaf_size: IntProperty(
         name="Leaf Size",
-        description="Most triangles in a leaf; 0 lets the structure choose. Larger leaves build faster and need less "
-        "memory, smaller ones test fewer triangles for a ray; wide ones hold 8 at most. The picture stays the same",
+        description="Most triangles in a leaf; 0 is automatic: the structure chooses. Larger leaves build faster and "
+        "need less memory, smaller ones test fewer triangles for a ray; wide ones hold 8 at most. The picture stays "
+        "the same",
         min=0,
         soft_max=64,
     )

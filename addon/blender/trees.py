@@ -13,16 +13,28 @@ if TYPE_CHECKING:  # the add-on registers where bihtree is missing
     from ..pipeline.ray_path import RayPath
 
 
+WITHOUT_TRIANGLES = frozenset({"CAMERA", "LIGHT", "LIGHT_PROBE", "SPEAKER", "ARMATURE", "LATTICE"})
+
+
 @dataclass
 class SceneTrees:
     """What was built of one scene, and what is looked at: `other` is the second structure beside it, `path` the picked
-    ray, `selected` a row of main.nodes or -1."""
+    ray, `selected` a row of main.nodes or -1. `sources` are the objects that `main` was built of, by their numbers."""
 
     main: BuiltTree | None = None
+    sources: frozenset[int] = frozenset()
     other: BuiltTree | None = None
     path: RayPath | None = None
     selected: int = -1
     cost: CostMap | None = None
+
+    def is_of(self, scene: bpy.types.Scene) -> bool:
+        """Whether there is a tree, and anything that it was built of is still in the scene: undo brings both back."""
+        return self.main is not None and any(found.session_uid in self.sources for found in scene.objects)
+
+    def deleted(self, scene: bpy.types.Scene) -> int:
+        """How many of the objects that it was built of are gone."""
+        return len(self.sources.difference(found.session_uid for found in scene.objects))
 
     def read_again(self) -> None:
         """Rays may have built more of a tree on demand: its nodes have other rows then."""
@@ -32,7 +44,7 @@ class SceneTrees:
 
     def free(self) -> None:
         self.main = self.other = self.path = self.cost = None
-        self.selected = -1
+        self.sources, self.selected = frozenset(), -1
 
 
 class Trees:
@@ -48,6 +60,17 @@ class Trees:
 
 
 TREES = Trees()
+
+
+def sources(context: bpy.types.Context) -> frozenset[int]:
+    """The objects that triangles of what the viewport shows may come from; their numbers last as that of the scene."""
+    return frozenset(
+        shown.session_uid
+        for shown in context.view_layer.objects
+        if shown.type not in WITHOUT_TRIANGLES
+        and (shown.type != "EMPTY" or shown.instance_type != "NONE")
+        and shown.visible_get()
+    )
 
 
 class OfBuiltTree:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -26,6 +28,21 @@ def entries(nodes: NDArray[np.void], shown: str, first: int, last: int, *, path:
     end = min(last, int(nodes["depth"].max(initial=0)))
     title = f"Depth {first} to {end}" if end > first else f"Depth {first}"
     return [(None, title), *_counted(in_range(nodes, first, last), shown, is_path=False)]
+
+
+def apart(places: Sequence[tuple[float, float, float]], height: float) -> list[float]:
+    """Where the lower edges of labels of one `height` go, so that none covers another: those that would, given by the
+    middle, the lower edge and the width, are raised, from the lowest up."""
+    found = [lower for _, lower, _ in places]
+    put: list[tuple[float, float, float]] = []
+    for row in sorted(range(len(places)), key=lambda row: places[row][1]):
+        middle, lower, width = places[row]
+        for other, below, across in sorted(put, key=lambda label: label[1]):
+            if 2 * abs(middle - other) < width + across and below - height < lower < below + height:
+                lower = below + height
+        found[row] = lower
+        put.append((middle, lower, width))
+    return found
 
 
 def _counted(nodes: NDArray[np.void], shown: str, *, is_path: bool) -> list[Entry]:

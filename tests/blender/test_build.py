@@ -148,3 +148,14 @@ def test_a_build_is_cancelled(ball):
     worker.cancel()
     worker.wait()
     assert worker.error == "" and (worker.result is None or worker.result.tree)
+
+
+def test_the_tree_of_what_is_deleted_is_not_shown(ball):
+    assert bpy.ops.bih.build() == {"FINISHED"}
+    trees = TREES.of(ball)
+    count = len(trees.sources)
+    assert trees.is_of(ball) and trees.deleted(ball) == 0 < count
+    for found in [found for found in ball.objects if found.type == "MESH"]:
+        bpy.data.objects.remove(found)
+    assert not trees.is_of(ball) and trees.deleted(ball) == count
+    assert trees.main is not None, "undo brings the objects back"

@@ -109,3 +109,13 @@ def test_both_places_have_their_panels(registered):
     for panel in (*panels.PANELS, *sidebar.PANELS):
         assert hasattr(bpy.types, panel.__name__)
     assert {panel.bl_category for panel in sidebar.PANELS} == {"BIH"}
+
+
+def test_words_of_choices_are_never_cut_off() -> None:
+    """Wide, Compact and Classic in panels of several widths, in pixels."""
+    from addon.blender.panel_parts import place_of_choices
+
+    words = ["Wide", "Compact", "Classic"]
+    assert [place_of_choices(words, width) for width in (500, 240, 120)] == ["beside", "below", "stacked"]
+    assert place_of_choices(words, 320) == "beside", "3 x 61 of 192"
+    assert place_of_choices([*words, "One more"], 320) == "below"

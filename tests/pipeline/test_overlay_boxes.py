@@ -178,3 +178,12 @@ def test_a_mesh_of_the_tree_has_its_boxes():
         tree_mesh.tree_meshes(nodes, "leaves", 0, 0)
     with pytest.raises(UserError, match="more than 50,000"):
         tree_mesh.tree_meshes(np.repeat(nodes, 200), "boxes", 0, 99)
+
+
+def test_labels_that_would_cover_each_other_are_raised() -> None:
+    beside, above = (300.0, 100.0, 150.0), (120.0, 130.0, 150.0)
+    assert overlay_legend_lines.apart([(100.0, 100.0, 150.0), beside], 30.0) == [100.0, 100.0]
+    assert overlay_legend_lines.apart([(100.0, 100.0, 150.0), above], 30.0) == [100.0, 130.0]
+    assert overlay_legend_lines.apart([(100.0, 110.0, 150.0), (120.0, 100.0, 150.0)], 30.0) == [130.0, 100.0]
+    three = overlay_legend_lines.apart([(0.0, 0.0, 10.0), (5.0, 5.0, 10.0), (9.0, 29.0, 10.0)], 30.0)
+    assert three == [0.0, 30.0, 60.0]
