@@ -167,5 +167,11 @@ def test_escape_ends_a_build(screen: Screen) -> None:
     assert screen.report["escaped"], "and leaves the tree that was there"
 
 
+def test_the_tree_of_what_is_deleted_is_not_drawn(screen: Screen) -> None:
+    assert screen.kind("not-deleted", Kind.LEFT) > SWATCH < screen.kind("undeleted", Kind.LEFT)
+    assert screen.kind("deleted", Kind.LEFT) < 20 and screen.kind("deleted", Kind.LEAF_BOX) < 20
+    assert screen.changed("deleted", "not-deleted", "sidebar") > 200, "the panel says so"
+
+
 def test_the_render_properties_have_the_same_choices(screen: Screen) -> None:
-    assert screen.changed("properties", "mesh-undone", "properties") > 10 * SWATCH
+    assert screen.changed("properties", "undeleted", "properties") > 10 * SWATCH

@@ -181,6 +181,18 @@ def steps() -> Iterator[None]:
     bpy.context.scene.objects["Suzanne"].modifiers["Smooth"].levels = 2
     bpy.context.scene.bih.structure = "bih"
 
+    # the tree of what is deleted is gone, until undo
+    chosen = bpy.context.scene.bih_overlay
+    chosen.is_shown, chosen.shown, chosen.first_depth, chosen.last_depth = True, "planes", 0, 5
+    bpy.ops.ed.undo_push(message="before it is deleted")
+    yield from snap("not-deleted")
+    bpy.data.objects.remove(bpy.context.scene.objects["Suzanne"])
+    bpy.ops.ed.undo_push(message="deleted")
+    yield from snap("deleted")
+    press_undo()
+    yield from w.until(lambda: "Suzanne" in bpy.context.scene.objects)
+    yield from snap("undeleted")
+
     bpy.context.scene.render.engine = "BIH_PREVIEW"
     place = w.region(w.area("PROPERTIES"))
     report["properties"] = [place.x, place.y, place.width, place.height]
