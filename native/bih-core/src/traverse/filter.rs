@@ -67,7 +67,8 @@ impl Filter {
             square_error: SQUARE * sum,
             above_error: DISTANCE * distance,
             below_error: DISTANCE * sum,
-            least_above: 2e-36 + 2e-42 * distance,
+            // Not 2e-42 times the distance: that is no normal number of single precision.
+            least_above: 2e-36 * (1.0 + 1e-6 * distance),
         })
     }
 
