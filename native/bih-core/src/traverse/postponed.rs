@@ -150,6 +150,12 @@ impl Entries<'_> {
         }
     }
 
+    /// A child is gone on with that was never put there: where it is entered, as if it had been taken and left this end.
+    #[inline(always)]
+    pub(super) fn put_near(&mut self, end: u32, near: f32) {
+        self.nears[end as usize] = near;
+    }
+
     /// Where the entry was entered that was taken last and left this end.
     #[inline(always)]
     pub(super) fn near(&self, end: u32) -> f32 {

@@ -79,7 +79,9 @@ fn walk<L: Lanes, W: Walker, C: Counter>(
                 if met == 0 {
                     (word, end) = entries.pop(end, limit);
                 } else {
-                    word = record.words()[met.trailing_zeros() as usize % WIDTH];
+                    let lane = met.trailing_zeros() as usize % WIDTH;
+                    word = record.words()[lane];
+                    entries.put_near(end, near.store()[lane]);
                 }
                 continue;
             }
