@@ -134,7 +134,7 @@ def draw_build(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
         layout.label(text="No tree is built", icon="INFO")
         return
     if gone := trees.deleted(context.scene):
-        what = f"Of {len(trees.sources):,} objects {gone:,} are gone since: build again"
+        what = f"Gone since it was built: {gone:,} of {len(trees.sources):,} objects. Build again"
         draw_wrapped(layout, what, context, icon="ERROR")
     from ..pipeline import built
 

@@ -84,7 +84,7 @@ impl<L: Lanes> Known<L> {
         let mut lanes = bits(self.sure);
         let mut first = lanes.next()?;
         if self.possible.is_power_of_two() {
-            // Nearly always.
+            // There is nothing to compare it with.
             return (high[first] < before).then_some((first, low[first], high[first]));
         }
         for lane in lanes {

@@ -68,7 +68,7 @@ impl<'a> Scene<'a> {
             triangles,
             is_small: slab::is_small(&tree.bounds),
             is_ordered: records.are_ordered(),
-            is_gathered: copies.is_none() && rows.is_empty(),
+            is_gathered: !wide.has_rows(),
             ahead: [Ahead { start: records.start(), stride: records.stride() }, leaves],
         }
     }
@@ -123,14 +123,13 @@ impl<'a> Scene<'a> {
     #[inline(never)]
     pub(super) fn gathered(&self, leaf: Leaf) -> [f32; ROWS] {
         let mut rows = [0.0; ROWS];
-        let references = self.tree.order.slice(leaf.first..leaf.first + leaf.count);
         if self.wide.copies.is_some() {
             // The triangles lie anywhere: ask for all of them before the first one is waited for.
-            references.iter().for_each(|&row| self.triangles.prefetch_row(row));
-            references.iter().for_each(|&row| self.triangles.prefetch_corners(row));
+            self.prefetch_rows(leaf);
+            self.prefetch_corners(leaf);
         }
-        for (lane, &row) in references.iter().enumerate() {
-            let corners = self.triangles.single_corners(row);
+        for lane in 0..leaf.count {
+            let corners = self.triangles.single_corners(self.row(leaf.first + lane));
             for (row, &value) in corners.as_flattened().iter().enumerate() {
                 rows[row * leaf.count + lane] = value;
             }

@@ -75,7 +75,7 @@ fn walk<L: Lanes, W: Walker, C: Counter>(
             let (near, far) = slab.clip::<L>(record, limit);
             let met = near.at_most(far).bits();
             if met & met.wrapping_sub(1) == 0 {
-                // One child or none, as often as not: a branch, so that the processor goes on before it knows the child.
+                // One child or none: a branch, so that the processor goes on before it knows which.
                 if met == 0 {
                     (word, end) = entries.pop(end, limit);
                 } else {
