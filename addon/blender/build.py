@@ -38,6 +38,7 @@ class BIH_OT_build(ModalWork, bpy.types.Operator):
         trees = TREES.of(context.scene)
         trees.free()
         trees.main, trees.sources = result, self._sources
+        trees.count_gone(context.scene)
         redraw(context)
         stats = result.tree.stats
         return f"BIH: {stats.triangles:,} triangles, {stats.nodes:,} nodes in {stats.build_seconds:.3f} s"

@@ -16,7 +16,7 @@ from .mesh_from_tree import BIH_OT_mesh_from_tree
 from .operators import BIH_OT_report
 from .overlay_file import BIH_OT_render_overlay
 from .overlay_properties import BihOverlaySettings
-from .panels import panels_of_any_engine
+from .panels import panels_of_blender
 from .pick import BIH_OT_pick_ray, BIH_OT_select_node
 from .play import BIH_OT_play_construction
 from .properties import BihSettings
@@ -36,7 +36,7 @@ def register() -> None:
     bpy.types.Scene.bih = bpy.props.PointerProperty(type=BihSettings)
     bpy.types.Scene.bih_overlay = bpy.props.PointerProperty(type=BihOverlaySettings)
     overlay_draw.register()
-    for panel in panels_of_any_engine():
+    for panel in panels_of_blender():
         panel.COMPAT_ENGINES.add(BihPreviewEngine.bl_idname)
     for handlers in _ends_of_a_render():
         handlers.append(forget_frames)
@@ -46,7 +46,7 @@ def unregister() -> None:
     for handlers in _ends_of_a_render():
         handlers.remove(forget_frames)
     forget_frames()
-    for panel in panels_of_any_engine():
+    for panel in panels_of_blender():
         panel.COMPAT_ENGINES.discard(BihPreviewEngine.bl_idname)
     overlay_draw.unregister()
     del bpy.types.Scene.bih_overlay

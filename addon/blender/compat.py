@@ -19,6 +19,12 @@ def point_shader() -> str:
     return "POINT_UNIFORM_COLOR" if bpy.app.version >= (4, 5, 0) else "UNIFORM_COLOR"
 
 
+def material_index_panel() -> str:
+    """The name of Eevee's panel for a material's Pass Index; in 5.0 it took the name of another one."""
+    later = "EEVEE_NEXT_MATERIAL_PT_settings"
+    return later if hasattr(bpy.types, later) else "EEVEE_MATERIAL_PT_settings"
+
+
 def use_nodes(material: bpy.types.Material) -> None:
     """Give it shader nodes; from 5.0 on every material has some."""
     if material.node_tree is None:

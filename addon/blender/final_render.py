@@ -27,6 +27,10 @@ ANIMATED = {"objects out of reach": True, "instances": True}
 BANDS = 32
 """A picture is shown in so many parts, from the bottom up, or fewer where it is not high."""
 
+MOST_LOOKS = 4_000_000
+"""Before its first ray each part looks at all instances, whether what they look like is there: parts are so few that
+these are no more looks than a fraction of a second has room for."""
+
 
 class Kept:
     """What one frame leaves to the next one: meshes as long as their content stays, trees as long as their meshes."""
@@ -73,7 +77,7 @@ def render(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph, kept:
             engine.add_pass(label, len(channels), channels, layer=layer.name)
     area = border(render, engine.resolution_x, engine.resolution_y)
     started = perf_counter()
-    for band, done, share in bands(area):
+    for band, done, share in bands(area, len(scene.instance_mesh)):
         passes = ready.picture(tile=band, progress=progress.part(done, share))
         _show(engine, layer.name, passes, (band[0] - area[0], band[1] - area[1], *band[2:]))
     return ready.report(perf_counter() - started, area)
@@ -102,10 +106,10 @@ class Progress:
         return lambda fraction: self("trace", done + share * fraction)
 
 
-def bands(area: Tile) -> Iterator[tuple[Tile, float, float]]:
+def bands(area: Tile, instances: int = 1) -> Iterator[tuple[Tile, float, float]]:
     """Parts of `area` from the bottom up; what share of it is done before each, and what share it is."""
     left, bottom, width, height = area
-    rows = -(-height // BANDS)
+    rows = -(-height // max(1, min(BANDS, MOST_LOOKS // max(1, instances))))
     for y in range(0, height, rows):
         count = min(rows, height - y)
         yield (left, bottom + y, width, count), y / height, count / height

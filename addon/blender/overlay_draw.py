@@ -78,7 +78,7 @@ class Overlay:
         """Called by Blender for each viewport, with its matrices set."""
         scene = bpy.context.scene
         trees, chosen = TREES.of(scene), scene.bih_overlay
-        if not trees.is_of(scene):
+        if not trees.is_there:
             self._layers.pop(scene.session_uid, None)
             return
         if not chosen.is_shown or not _shows_overlays():
@@ -106,7 +106,7 @@ class Overlay:
         """The legend, and what stands beside nodes; called with one unit a pixel."""
         scene = bpy.context.scene
         chosen, trees = scene.bih_overlay, TREES.of(scene)
-        if not (trees.is_of(scene) and chosen.is_shown and chosen.legend and _shows_overlays()):
+        if not (trees.is_there and chosen.is_shown and chosen.legend and _shows_overlays()):
             return
         from ..pipeline import overlay_legend_lines
         from . import overlay_text

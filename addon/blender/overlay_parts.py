@@ -5,12 +5,13 @@ from __future__ import annotations
 import bpy
 
 from ..pipeline.overlay_boxes import SHOWN
-from .panel_parts import draw_or_automatic, draw_table, note, plain
+from .panel_parts import draw_named, draw_or_automatic, draw_table, note, plain
 from .trees import TREES
 
 
-def draw_overlay(layout: bpy.types.UILayout, scene: bpy.types.Scene) -> None:
+def draw_overlay(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
     plain(layout)
+    scene = context.scene
     chosen, trees = scene.bih_overlay, TREES.of(scene)
     if trees.main is None:
         note(layout, "Build a tree to see it")
@@ -37,7 +38,7 @@ def draw_overlay(layout: bpy.types.UILayout, scene: bpy.types.Scene) -> None:
     pair.operator("bih.mesh_from_tree", text="Make Mesh", icon="MESH_CUBE")
     pair.operator("bih.export_tree", icon="EXPORT")
     column = layout.column(align=True)
-    column.prop(chosen, "other_structure")
+    draw_named(column, context, chosen, "other_structure")
     column.operator("bih.compare", icon="MOD_MIRROR")
 
 

@@ -10,7 +10,6 @@ import bpy
 
 from ..pipeline import settings
 from . import modules, properties
-from .properties import BihSettings
 from .trees import TREES
 
 CHARACTER, MARGIN = 6.4, 8
@@ -20,6 +19,16 @@ PADDING = 16
 """Pixels of a button beside its word."""
 NAMES = 0.4
 """The share of a row that names take, as in Blender's own panels."""
+
+SHORT_NAMES = {
+    "viewport_samples": "Viewport",
+    "soft_shadows": "Soft",
+    "ambient_occlusion": "Occlusion",
+    "smooth": "Smooth",
+    "overlay_depth": "Overlay",
+    "other_structure": "Other",
+}
+"""Where there is no room for the whole name."""
 
 CHOICES = {"layout": settings.LAYOUTS, "heuristic": settings.HEURISTICS}
 
@@ -56,7 +65,7 @@ def draw_own_choices(layout: bpy.types.UILayout, context: bpy.types.Context, nam
     grey."""
     chosen = context.scene.bih
     known, shown = settings.GOES_WITH[chosen.structure][name], chosen.bl_rna.properties[name]
-    place = place_of_choices([shown.enum_items[item].name for item in items], letters(context) * CHARACTER)
+    place = place_of_choices([shown.enum_items[item].name for item in items], panel_width(context))
     if place == "beside":
         buttons = named(layout, shown.name).row(align=True)
     else:
@@ -97,10 +106,30 @@ def named(layout: bpy.types.UILayout, name: str) -> bpy.types.UILayout:
     return whole.column()
 
 
-def draw_render_settings(layout: bpy.types.UILayout, chosen: BihSettings) -> None:
+def draw_named(
+    layout: bpy.types.UILayout, context: bpy.types.Context, chosen: bpy.types.PropertyGroup, name: str
+) -> None:
+    """With a name that is not cut off: that of a tick stands behind it, others before what is chosen."""
+    shown = chosen.bl_rna.properties[name]
+    share = (1 - NAMES) if shown.type == "BOOLEAN" else NAMES
+    layout.prop(chosen, name, text=name_that_fits(shown.name, SHORT_NAMES.get(name), share * panel_width(context)))
+
+
+def name_that_fits(name: str, short: str | None, width: float) -> str:
+    """The short one, if there is one, where the name takes more than so many pixels."""
+    return short if short and len(name) * CHARACTER + PADDING > width else name
+
+
+def draw_render_settings(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
     plain(layout)
-    for name in ("samples", "viewport_samples", *settings.SHADING, "overlay_depth"):
-        layout.prop(chosen, name)
+    chosen = context.scene.bih
+    samples = layout.column(align=True)
+    for name in ("samples", "viewport_samples"):
+        draw_named(samples, context, chosen, name)
+    samples.prop(context.scene.render, "preview_pixel_size", text="Pixel Size")
+    for name in (*settings.SHADING, "overlay_depth"):
+        draw_named(layout, context, chosen, name)
+    layout.prop(context.scene.render, "film_transparent", text="Transparent Film")
     layout.column().prop(chosen, "passes")
 
 
@@ -112,7 +141,7 @@ def draw_whole(layout: bpy.types.UILayout, context: bpy.types.Context, *, with_p
     buttons.enabled = is_whole
     draw_buttons(buttons, context.scene)
     if with_picture:
-        draw_render_settings(layout.column(), context.scene.bih)
+        draw_render_settings(layout.column(), context)
 
 
 def draw_buttons(layout: bpy.types.UILayout, scene: bpy.types.Scene) -> None:
@@ -133,8 +162,8 @@ def draw_build(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
     if made is None:
         layout.label(text="No tree is built", icon="INFO")
         return
-    if gone := trees.deleted(context.scene):
-        what = f"Gone since it was built: {gone:,} of {len(trees.sources):,} objects. Build again"
+    if trees.gone:
+        what = f"Gone since it was built: {trees.gone:,} of {len(trees.sources):,} objects. Build again"
         draw_wrapped(layout, what, context, icon="ERROR")
     from ..pipeline import built
 
@@ -181,6 +210,11 @@ def draw_wrapped(layout: bpy.types.UILayout, text: str, context: bpy.types.Conte
 def letters(context: bpy.types.Context) -> float:
     """How many stand beside each other in a panel of this region, on average."""
     return context.region.width / (CHARACTER * context.preferences.system.ui_scale) - MARGIN
+
+
+def panel_width(context: bpy.types.Context) -> float:
+    """The same in pixels of an interface of scale 1."""
+    return letters(context) * CHARACTER
 
 
 def note(layout: bpy.types.UILayout, text: str) -> None:

@@ -39,7 +39,7 @@ class VIEW3D_PT_bih_overlay(SidebarPanel, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         self.layout.active = context.scene.bih_overlay.is_shown
-        overlay_parts.draw_overlay(self.layout, context.scene)
+        overlay_parts.draw_overlay(self.layout, context)
 
 
 class VIEW3D_PT_bih_node(OfBuiltTree, SidebarPanel, bpy.types.Panel):
@@ -54,7 +54,7 @@ class VIEW3D_PT_bih_picture(SidebarPanel, bpy.types.Panel):
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context: bpy.types.Context) -> None:
-        panel_parts.draw_render_settings(self.layout, context.scene.bih)
+        panel_parts.draw_render_settings(self.layout, context)
 
 
 PANELS = (

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import bpy
 
@@ -19,22 +19,26 @@ WITHOUT_TRIANGLES = frozenset({"CAMERA", "LIGHT", "LIGHT_PROBE", "SPEAKER", "ARM
 @dataclass
 class SceneTrees:
     """What was built of one scene, and what is looked at: `other` is the second structure beside it, `path` the picked
-    ray, `selected` a row of main.nodes or -1. `sources` are the objects that `main` was built of, by their numbers."""
+    ray, `selected` a row of main.nodes or -1. `sources` are the objects that `main` was built of, by their numbers, and
+    `gone` says how many of them are no longer in the scene."""
 
     main: BuiltTree | None = None
     sources: frozenset[int] = frozenset()
+    gone: int = 0
     other: BuiltTree | None = None
     path: RayPath | None = None
     selected: int = -1
     cost: CostMap | None = None
 
-    def is_of(self, scene: bpy.types.Scene) -> bool:
+    @property
+    def is_there(self) -> bool:
         """Whether there is a tree, and anything that it was built of is still in the scene: undo brings both back."""
-        return self.main is not None and any(found.session_uid in self.sources for found in scene.objects)
+        return self.main is not None and self.gone < len(self.sources)
 
-    def deleted(self, scene: bpy.types.Scene) -> int:
-        """How many of the objects that it was built of are gone."""
-        return len(self.sources.difference(found.session_uid for found in scene.objects))
+    def count_gone(self, scene: bpy.types.Scene) -> None:
+        """All objects are looked at: only when some may have come or gone, never at a redraw."""
+        if self.main is not None:
+            self.gone = len(self.sources.difference(found.session_uid for found in scene.objects))
 
     def read_again(self) -> None:
         """Rays may have built more of a tree on demand: its nodes have other rows then."""
@@ -44,7 +48,7 @@ class SceneTrees:
 
     def free(self) -> None:
         self.main = self.other = self.path = self.cost = None
-        self.sources, self.selected = frozenset(), -1
+        self.sources, self.gone, self.selected = frozenset(), 0, -1
 
 
 class Trees:
@@ -87,10 +91,37 @@ def free_all(*_: object) -> None:
     TREES.free_all()
 
 
+@bpy.app.handlers.persistent
+def count_gone(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
+    """Objects that come or go change a scene or a collection; those that move change neither."""
+    if depsgraph.id_type_updated("SCENE") or depsgraph.id_type_updated("COLLECTION"):
+        TREES.of(scene).count_gone(scene)
+
+
+@bpy.app.handlers.persistent
+def count_gone_of_all(*_: object) -> None:
+    """Undo and redo say of nothing what they changed."""
+    for scene in bpy.data.scenes:
+        TREES.of(scene).count_gone(scene)
+
+
 def register() -> None:
-    bpy.app.handlers.load_pre.append(free_all)
+    for handlers, called in _handlers():
+        handlers.append(called)
 
 
 def unregister() -> None:
-    bpy.app.handlers.load_pre.remove(free_all)
+    for handlers, called in _handlers():
+        handlers.remove(called)
     TREES.free_all()
+
+
+def _handlers() -> tuple[tuple[Any, Any], ...]:
+    """Blender's lists, and what of ours is in each while the add-on is registered."""
+    known = bpy.app.handlers
+    return (
+        (known.load_pre, free_all),
+        (known.depsgraph_update_post, count_gone),
+        (known.undo_post, count_gone_of_all),
+        (known.redo_post, count_gone_of_all),
+    )

@@ -154,8 +154,44 @@ def test_the_tree_of_what_is_deleted_is_not_shown(ball):
     assert bpy.ops.bih.build() == {"FINISHED"}
     trees = TREES.of(ball)
     count = len(trees.sources)
-    assert trees.is_of(ball) and trees.deleted(ball) == 0 < count
+    assert trees.is_there and trees.gone == 0 < count
     for found in [found for found in ball.objects if found.type == "MESH"]:
         bpy.data.objects.remove(found)
-    assert not trees.is_of(ball) and trees.deleted(ball) == count
+    bpy.context.view_layer.update()
+    assert not trees.is_there and trees.gone == count
     assert trees.main is not None, "undo brings the objects back"
+
+
+def test_what_is_gone_is_counted_only_when_objects_come_or_go(ball, monkeypatch):
+    from addon.blender.trees import SceneTrees
+
+    second = bpy.data.objects.new("Second", ball.objects[0].data)
+    ball.collection.objects.link(second)
+    assert bpy.ops.bih.build() == {"FINISHED"}
+    counted, real = [], SceneTrees.count_gone
+    monkeypatch.setattr(SceneTrees, "count_gone", lambda trees, scene: (counted.append(scene), real(trees, scene)))
+    bpy.context.view_layer.update()
+    counted.clear()
+    second.location.x += 1.0
+    second.data.vertices[0].co.x += 0.1
+    second.data.update()
+    bpy.context.view_layer.update()
+    assert not counted
+    ball.collection.objects.unlink(second)
+    bpy.context.view_layer.update()
+    assert counted and TREES.of(ball).gone == 1
+    ball.collection.objects.link(second)
+    bpy.context.view_layer.update()
+    assert TREES.of(ball).gone == 0
+
+
+def test_undo_brings_a_deleted_object_back_to_its_tree(ball):
+    assert bpy.ops.bih.build() == {"FINISHED"}
+    bpy.ops.ed.undo_push(message="built")
+    for found in [found for found in ball.objects if found.type == "MESH"]:
+        bpy.data.objects.remove(found)
+    bpy.ops.ed.undo_push(message="deleted")
+    bpy.context.view_layer.update()
+    assert not TREES.of(bpy.context.scene).is_there
+    bpy.ops.ed.undo()
+    assert TREES.of(bpy.context.scene).is_there and TREES.of(bpy.context.scene).gone == 0

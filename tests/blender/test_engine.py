@@ -287,6 +287,14 @@ def test_bands_are_all_of_the_area_once(area):
     assert [done for _, done, _ in parts] == pytest.approx(np.cumsum([0, *(share for *_, share in parts)])[:-1])
 
 
+def test_many_instances_have_few_bands():
+    area = (0, 0, 64, 100)
+    for instances, expected in ((0, 25), (1, 25), (1_000_000, 4), (3 * final_render.MOST_LOOKS, 1)):
+        found = list(bands(area, instances))
+        assert len(found) == expected
+        assert sum(tile[3] for tile, _, _ in found) == 100
+
+
 def test_only_the_border_is_traced(ball, monkeypatch):
     traced_tiles: list[tuple[int, ...]] = []
     real = bihtree.render

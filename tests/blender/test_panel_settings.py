@@ -8,7 +8,8 @@ from pathlib import Path
 import bpy
 import pytest
 
-from addon.blender import panels, properties, sidebar
+from addon.blender import classes, panels, properties, sidebar
+from addon.blender.engine import BihPreviewEngine
 from addon.blender.properties import BUILD_TEXT, PRESORT_TEXT, own_choice, settings_of, why_not
 from addon.pipeline import built
 from addon.pipeline.scene import SceneData
@@ -111,6 +112,22 @@ def test_both_places_have_their_panels(registered):
     assert {panel.bl_category for panel in sidebar.PANELS} == {"BIH"}
 
 
+def test_what_is_traced_can_be_changed_in_the_properties(registered):
+    """Materials, the world and lights: the panels are Eevee's own, and there is no second one for lights."""
+    from addon.blender.compat import material_index_panel
+
+    engine = BihPreviewEngine.bl_idname
+    for name in (*panels.EEVEES, material_index_panel(), "RENDER_PT_color_management", "DATA_PT_lens"):
+        assert engine in getattr(bpy.types, name).COMPAT_ENGINES, name
+    assert engine not in bpy.types.DATA_PT_light.COMPAT_ENGINES
+    classes.unregister()
+    try:
+        for panel in bpy.types.Panel.__subclasses__():
+            assert engine not in getattr(panel, "COMPAT_ENGINES", ()), panel
+    finally:
+        classes.register()
+
+
 def test_words_of_choices_are_never_cut_off() -> None:
     """Wide, Compact and Classic in panels of several widths, in pixels."""
     from addon.blender.panel_parts import place_of_choices
@@ -119,3 +136,18 @@ def test_words_of_choices_are_never_cut_off() -> None:
     assert [place_of_choices(words, width) for width in (500, 240, 120)] == ["beside", "below", "stacked"]
     assert place_of_choices(words, 320) == "beside", "3 x 61 of 192"
     assert place_of_choices([*words, "One more"], 320) == "below"
+
+
+def test_names_are_never_cut_off(registered) -> None:
+    """Every name that is drawn has a short one where it needs it: it fits a panel of 190 pixels, the narrowest that
+    Blender's own words fit."""
+    from addon.blender import panel_parts
+    from addon.blender.overlay_properties import BihOverlaySettings
+    from addon.blender.properties import BihSettings
+
+    known = {**BihSettings.bl_rna.properties, **BihOverlaySettings.bl_rna.properties}
+    for name, short in panel_parts.SHORT_NAMES.items():
+        assert panel_parts.name_that_fits(known[name].name, short, 400) == known[name].name
+        assert panel_parts.name_that_fits(known[name].name, short, 0.4 * 190) == short
+        assert len(short) < len(known[name].name) and short in known[name].name
+    assert panel_parts.name_that_fits("Viewport Samples", None, 10) == "Viewport Samples"
