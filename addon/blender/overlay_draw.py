@@ -20,8 +20,8 @@ from .trees import TREES, SceneTrees
 NEARER = 2e-5
 """How much nearer, in parts of the depth range, the coloured mesh lies than the mesh that Blender draws."""
 
-FEW = 20_000
-"""Up to so many lines are drawn a second time, faintly, where a surface hides them."""
+FEW = 10_000
+"""Up to so many lines and points are drawn a second time, faintly, where a surface hides them."""
 
 MOST_POINT = 3.0
 """Pixels of the side of a point."""
@@ -275,15 +275,15 @@ def _draw_outlines(drawn: Drawn, *, in_front: bool) -> None:
     extents = drawn.outlines.extents
     pixels = extents.pixels(np.array(view.perspective_matrix, np.float64), region.width, region.height)
     is_lines = extents.is_lines(pixels, most_lines(bpy.context.scene.bih_overlay))
+    is_points = extents.is_points(pixels, is_lines)
     passes = [("NONE", 1.0)] if in_front else [("LESS_EQUAL", 1.0)]
-    if not in_front and extents.lines[is_lines].sum() <= FEW:
+    if not in_front and extents.lines[is_lines].sum() + extents.counts[is_points].sum() <= FEW:
         passes.insert(0, ("GREATER", style.HIDDEN))
     scale = bpy.context.preferences.system.ui_scale
     for test, strength in passes:
         gpu.state.depth_test_set(test)
-        for part, size, as_lines in zip(drawn.batches, pixels.tolist(), is_lines.tolist(), strict=True):
-            if size >= 0:
-                _draw_chunk(part, 0.0 if as_lines else size, strength, scale)
+        for number in np.flatnonzero(is_lines | is_points).tolist():
+            _draw_chunk(drawn.batches[number], 0.0 if is_lines[number] else pixels[number], strength, scale)
     gpu.state.point_size_set(1.0)
 
 

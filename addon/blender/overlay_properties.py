@@ -74,7 +74,7 @@ class BihOverlaySettings(bpy.types.PropertyGroup):
     most_lines: IntProperty(
         name="Most Lines",
         description="Lines of a redraw: the largest outlines get them, smaller ones are points. More take more redraw "
-        "time and memory; 0 is automatic, by what draws: 30,000 where it is a processor, 4,000,000 on a GPU",
+        "time and memory; 0 is automatic, by what draws: 15,000 where it is a processor, 4,000,000 on a GPU",
         min=0,
         default=0,
         soft_max=4_000_000,

@@ -28,13 +28,14 @@ RECTANGLE = np.array([(0, 1), (1, 2), (2, 3), (3, 0)])
 @dataclass(frozen=True)
 class Chunk:
     """Outlines of one look: corners (N, 8, 3) of boxes or (N, 4, 3) of planes, float32; all lie in `bounds` (2, 3), and
-    none is longer than `size`."""
+    none is longer than `size`. `has_parts`: of each node the children are drawn, too."""
 
     kind: Kind
     depth: int
     corners: NDArray[np.float32]
     bounds: NDArray[np.float32]
     size: float
+    has_parts: bool = False
 
     @property
     def line_count(self) -> int:
@@ -81,10 +82,15 @@ def chunks(
     edges are the only ones that do not lie on the parent's. Leaves, and all boxes of a bvh, are whole.
     """
     found: list[Chunk] = []
+    step = np.zeros(3, np.float32) if move is None else np.asarray(move, np.float32)
+    is_parent = np.zeros(len(nodes), bool)
+    is_parent[nodes["parent"][nodes["parent"] >= 0]] = True
     for depth in range(first, min(last, int(nodes["depth"].max(initial=-1))) + 1):
-        level = nodes[nodes["depth"] == depth]
-        for kind, corners in _outlines(nodes, level, shown, is_top=depth == first):
-            found += chunks_of(kind, depth, corners if move is None else corners + np.asarray(move, np.float32))
+        is_here = nodes["depth"] == depth
+        for has_parts in (False, True):
+            level = nodes[is_here & ((is_parent & (depth < last)) == has_parts)]
+            for kind, corners in _outlines(nodes, level, shown, is_top=depth == first):
+                found += chunks_of(kind, depth, corners + step, has_parts=has_parts)
     return found
 
 
@@ -100,7 +106,7 @@ def whole_boxes(nodes: NDArray[np.void]) -> list[Chunk]:
     return found
 
 
-def chunks_of(kind: Kind, depth: int, corners: NDArray[np.float32]) -> list[Chunk]:
+def chunks_of(kind: Kind, depth: int, corners: NDArray[np.float32], *, has_parts: bool = False) -> list[Chunk]:
     """Outlines of one look in chunks whose sizes differ by a factor of two at most, in their order."""
     if not len(corners):
         return []
@@ -116,7 +122,7 @@ def chunks_of(kind: Kind, depth: int, corners: NDArray[np.float32]) -> list[Chun
             part = np.ascontiguousarray(corners[rows], np.float32)
             flat = part.reshape(-1, 3)
             bounds = np.stack([flat.min(axis=0), flat.max(axis=0)])
-            found.append(Chunk(kind, depth, part, bounds, float(sizes[rows].max())))
+            found.append(Chunk(kind, depth, part, bounds, float(sizes[rows].max()), has_parts))
     return found
 
 

@@ -12,7 +12,7 @@ from .overlay_boxes import CORNERS, Chunk
 SMALL = 4.0
 """Pixels: an outline that is nowhere longer is drawn as a point, as one could not see what it is."""
 
-MOST_LINES = 30_000
+MOST_LINES = 15_000
 """Lines of a redraw where a processor draws: the largest outlines, all others are points. By
 processor times that leaves time for ten redraws a second of 100,000 boxes; what was seen is in
 docs/decisions/overlay-viewport.md."""
@@ -29,6 +29,8 @@ class Extents:
         bounds = np.array([chunk.bounds for chunk in chunks], np.float64).reshape(-1, 2, 3)
         self.corners: NDArray[np.float64] = np.where(CORNERS, bounds[:, None, 1], bounds[:, None, 0])
         self.sizes: NDArray[np.float64] = np.array([chunk.size for chunk in chunks], np.float64)
+        self.counts: NDArray[np.int64] = np.array([len(chunk.corners) for chunk in chunks], np.int64)
+        self.has_parts: NDArray[np.bool_] = np.array([chunk.has_parts for chunk in chunks], bool)
         self.lines: NDArray[np.int64] = np.array([chunk.line_count for chunk in chunks], np.int64)
 
     def pixels(self, world_to_clip: NDArray[np.float64], width: int, height: int) -> NDArray[np.float64]:
@@ -57,4 +59,10 @@ class Extents:
         within = np.empty(len(order), bool)
         within[order] = np.cumsum(drawn) <= most
         chosen: NDArray[np.bool_] = within & (pixels > SMALL)
+        return chosen
+
+    def is_points(self, pixels: NDArray[np.float64], is_lines: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """(C,) which chunks are drawn as points: of the others those that are seen, but not where their children's
+        points lie within theirs: a box of a few pixels is as well told by them."""
+        chosen: NDArray[np.bool_] = (pixels >= 0) & ~is_lines & ~self.has_parts
         return chosen

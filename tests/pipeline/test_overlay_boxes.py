@@ -163,6 +163,29 @@ def test_lines_go_to_the_largest():
             assert pixels[is_lines].min() >= left.max()
 
 
+@pytest.mark.parametrize("shown", ["boxes", "planes", "leaves"])
+def test_points_are_of_nodes_whose_children_are_not_drawn(shown):
+    """Every node of the range is still there: as lines, as a point, or by the points of what it is made of."""
+    nodes = nodes_of(leaf_size=1)[:700]
+    assert nodes["kind"][-1] == 0, "read in part: a level ends in the middle"
+    for last in (5, 99):
+        found = chunks(nodes, shown, 0, last)
+        extents = Extents(found)
+        parents = set(nodes["parent"][nodes["depth"] <= last].tolist())
+        whole = np.flatnonzero((nodes["kind"] != 0) | ~np.isin(np.arange(len(nodes)), list(parents)))
+        expected = sum(nodes["depth"][whole] <= last) if shown == "boxes" else None
+        pixels, none = np.ones(len(found)), np.zeros(len(found), bool)
+        is_points = extents.is_points(pixels, none)
+        points = sum(len(found[number].corners) for number in np.flatnonzero(is_points))
+        if shown == "boxes":
+            assert points == expected < sum(len(chunk.corners) for chunk in found)
+        assert all(found[number].kind not in (Kind.LEAF_BOX, Kind.UNBUILT_BOX) for number in np.flatnonzero(~is_points))
+        assert (
+            not extents.is_points(pixels, ~none).any()
+            and not extents.is_points(np.full(len(found), HIDDEN), none).any()
+        )
+
+
 def test_a_mesh_of_the_tree_has_its_boxes():
     nodes = nodes_of()
     made = tree_mesh.tree_meshes(nodes, "boxes", 1, 3)
