@@ -1,6 +1,6 @@
 """The guide's pictures from the screenshots of the tests: python -m tools.guide_images
 
-tests/blender/test_overlay_window.py leaves them, and where the regions are, in build/screenshots.
+tests/blender/test_overlay_window.py and test_viewport.py leave them, and where the regions are, in build/screenshots.
 """
 
 from __future__ import annotations
@@ -18,12 +18,15 @@ WIDTH = 640
 """Pixels across of a picture of the viewport."""
 
 VIEWS = ("planes", "boxes", "leaves", "ray", "play", "cost", "on-demand", "compare", "mesh")
+RENDERED = {"border": "border", "large pixels": "pixel-size"}
+"""Of Rendered mode: the screenshot, and the picture's name."""
 PANELS = {"panel": ("planes", "sidebar"), "node": ("node", "sidebar"), "properties": ("properties", "properties")}
 
 
 def main() -> int:
-    if not (SCREENSHOTS / "report.json").exists():
-        print(f"{SCREENSHOTS} is empty: run tests/blender/test_overlay_window.py first", file=sys.stderr)
+    if not all((SCREENSHOTS / name).exists() for name in ("report.json", "viewport.json")):
+        tests = "tests/blender/test_overlay_window.py and test_viewport.py"
+        print(f"{SCREENSHOTS} has not all of them: run {tests} first", file=sys.stderr)
         return 1
     regions = json.loads((SCREENSHOTS / "report.json").read_text())
     x, y, _, height = regions["viewport"]
@@ -33,6 +36,12 @@ def main() -> int:
         save(name, f"guide-{name}", regions["viewport"], WIDTH)
     for name, (shot, region) in PANELS.items():
         save(shot, f"guide-{name}", regions[region], regions[region][2])
+    shots = json.loads((SCREENSHOTS / "viewport.json").read_text())["shots"]
+    for shot, name in RENDERED.items():
+        place = shots[shot]["place"]
+        width, height = place["width"], place["height"]
+        seen = [place["x"] + width // 4, place["y"] + height // 4, width // 2, height // 2]  # what stands in the middle
+        save(f"viewport {shot}", f"guide-{name}", seen, WIDTH)
     return 0
 
 

@@ -54,6 +54,7 @@ def in_a_window(folder: Path) -> None:
     kept.mkdir(parents=True, exist_ok=True)
     for name in STEPS:
         shutil.copy(folder / f"{name}.png", kept / f"viewport {name}.png")
+    shutil.copy(folder / "report.json", kept / "viewport.json")
 
 
 def middle(session: tuple[dict[str, Any], Path], name: str) -> NDArray[np.uint8]:
