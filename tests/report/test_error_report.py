@@ -154,6 +154,7 @@ def test_a_slow_method_is_given_fewer_rays():
     for ray in found.hits.beside:
         assert ray["worst_of"] == "slow"
         assert ray["answers"]["slow"]["triangle"] == -1 and ray["truth"]["triangle"] >= 0
+        assert ray["answers"]["slow"]["is_wrong"] and not ray["answers"][WATERTIGHT]["is_wrong"]
         assert ray["answers"][WATERTIGHT]["t"] == pytest.approx(ray["truth"]["t"])
     assert found.hits.beside
 
@@ -324,9 +325,15 @@ def test_zeros_stand_on_an_axis_of_their_own():
     assert drawn.labels == ((0.1, "0"), (1.0, "1"), (10.0, "10"), (100.0, "100"), (1000.0, "1000"))
     assert drawn.place(0.0) == 0.1
     assert axis([]).labels
+    assert [text for _, text in axis([0.02, 0.3]).labels] == ["0.01", "0.02", "0.05", "0.1", "0.2", "0.5", "1"]
     plot = scatter(
         "a", "A", ("x", "y"), [("one", 1.0, 0.0, True), ("two", None, 1.0, False), ("three", 0.5, 2.0, True)]
     )
     assert [series.name for series in plot.series] == ["one", "three", "Pareto front"]
     if not svg_plot.why_missing():
-        assert svg_plot.svg(plot).startswith("<svg")
+        text = svg_plot.svg(plot)
+        assert text.startswith("<svg")
+        # Not among the numbers of the axis that it stands on.
+        heights = [float(y) for y in re.findall(r'<circle cx="[^"]*" cy="([^"]*)"', text)]
+        labels = [float(y) for y in re.findall(r'<text x="[^"]*" y="([^"]*)" class="label"', text)]
+        assert len(labels) == 2 and max(labels) < max(heights)

@@ -134,16 +134,18 @@ def _worst(hits: Hits) -> Iterator[str]:
     if not hits.beside:
         return
     yield html.heading(3, "The worst rays")
-    yield html.paragraph("Of each method those that are furthest off: triangle and t of the truth, and of each answer.")
-    names = list(hits.beside[0]["answers"])
-    shown, seen = [], set()
+    yield html.paragraph(
+        "Of each method that is ever wrong the ray where it is furthest off: triangle and t of the truth and of each "
+        "answer, the wrong ones in red. results.json has the rays, and more of them."
+    )
+    worst: dict[str, dict[str, Any]] = {}
     for ray in hits.beside:
-        if ray["worst_of"] not in seen:
-            seen.add(ray["worst_of"])
-            cells = [_answer(ray["answers"][name]) for name in names]
-            shown.append([f"{ray['worst_of']}, {ray['kind']}", _answer(ray["truth"]), *cells])
-    yield html.table(["ray", "truth", *names], shown)
+        worst.setdefault(ray["worst_of"], ray)
+    rows = [["truth", *(_answer(ray["truth"]) for ray in worst.values())]]
+    rows += [[name, *(_answer(ray["answers"][name]) for ray in worst.values())] for name in hits.beside[0]["answers"]]
+    yield html.table(["answer of", *(f"{name}’s worst, {ray['kind']}" for name, ray in worst.items())], rows)
 
 
 def _answer(answer: dict[str, Any]) -> str:
-    return "miss" if answer["t"] is None else f"{answer['triangle']} at {answer['t']:.7g}"
+    text = "miss" if answer["t"] is None else f"{answer['triangle']} at {answer['t']:.7g}"
+    return html.marked(text, "bad") if answer.get("is_wrong") else text

@@ -23,7 +23,8 @@ def plots(image: Image) -> list[Plot]:
         series = []
         for place, name in enumerate(dict.fromkeys(row.name for row in image.rows)):
             points = tuple(
-                Point(row.seconds.median, height, str(row.samples))
+                # They have the same samples, and lie close together: one curve has labels.
+                Point(row.seconds.median, height, "" if place else str(row.samples))
                 for row in image.rows
                 if row.name == name and row.seconds and (height := value(row)) is not None
             )
@@ -39,7 +40,8 @@ def image_section(image: Image) -> Iterator[str]:
     yield html.paragraph(
         f"The preview render, {image.size}, all threads that the scene asks for: seconds from the arrays to the "
         "finished picture, what the tree takes to build included, with 1, 2, 4, … samples a pixel (the numbers at the "
-        f"points). The reference has {image.reference_samples} samples at other places, by the default precision."
+        f"points of one curve, for all). The reference has {image.reference_samples} samples at other places, by the "
+        "default precision."
     )
     rows = [
         [row.name, str(row.samples), html.spanned(row.seconds, 1e3), number(1e3 * row.build_seconds), number(row.rmse)]

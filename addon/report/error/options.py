@@ -57,6 +57,19 @@ class Options:
         return {**chosen, "sections": ", ".join(self.sections)}
 
 
+WORDS = {
+    "rays": "rays, of Hits",
+    "rounds": "rounds, of which medians are taken",
+    "patience": "seconds of tracing a round, at most",
+    "threads": "threads of ours, of Hits and Stability",
+    "width": "width of pictures, at most",
+    "samples": "samples a pixel, at most",
+    "steps": "steps of a sweep, at most",
+    "sweep_rays": "rays a step of a sweep",
+    "pairs": "pairs by which parts left out are measured",
+}
+"""For the page."""
+
 QUICK = {"rays": 3_000, "rounds": 2, "patience": 2.0, "width": 160, "samples": 8, "steps": 4} | {
     "sweep_rays": 150,
     "pairs": 3,

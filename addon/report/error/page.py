@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from . import hits_page, image_page, stability_page, svg_plot
 from . import html_page as html
+from .options import WORDS
 from .plot import Plot
 from .results import Results
 
@@ -33,7 +34,7 @@ def _parts(results: Results) -> Iterator[str]:
         f"{results.source}: {results.triangles:,} triangles, {results.vertices:,} vertices in "
         f"{results.vertex_precision}. Measured in {results.seconds:.0f} s."
     )
-    facts = {**results.machine, **{name: str(value) for name, value in results.options.items()}}
+    facts = {**results.machine, **{WORDS.get(name, name): str(value) for name, value in results.options.items()}}
     yield html.table(["measured on and with", ""], [[name, value] for name, value in facts.items()])
     for note in [*results.notes, *filter(None, [svg_plot.why_missing()])]:
         yield html.paragraph(note, "note")

@@ -11,6 +11,8 @@ COLOURS = (
     *("#bcbd22", "#ff7f0e", "#c49c00", "#000000", "#5254a3", "#f768a1", "#637939"),
 )
 MOST_LABELS = 8
+FEW_DECADES = 2
+"""An axis of so many has labels between its powers of ten."""
 
 
 @dataclass(frozen=True)
@@ -72,13 +74,17 @@ def axis(values: Iterable[float]) -> Axis:
     last = max(ceil(log10(max(positive))), first + 1) if positive else 1
     has_zero = len(positive) < len(known)
     step = max(1, ceil((last - first) / MOST_LABELS))
-    labels = [
-        (10.0**power, f"1e{power}" if abs(power) > 3 else f"{10.0**power:g}") for power in range(first, last + 1, step)
-    ]
+    parts = (1, 2, 5) if last - first <= FEW_DECADES else (1,)
+    places = [(part, power) for power in range(first, last + 1, step) for part in parts if part == 1 or power < last]
+    labels = [(part * 10.0**power, _label(part, power)) for part, power in places]
     if not has_zero:
         return Axis(10.0**first, 10.0**last, tuple(labels))
     below = 10.0 ** (first - step)
     return Axis(below, 10.0**last, ((below, "0"), *labels))
+
+
+def _label(part: int, power: int) -> str:
+    return f"{part}e{power}" if abs(power) > 3 else f"{part * 10.0**power:g}"
 
 
 def scatter(

@@ -27,7 +27,14 @@ def write(plot: Plot, path: Path) -> None:
         places = [(x.place(point.x), y.place(point.y)) for point in series.points]
         style = "-" if series.is_line else "none"
         marker = "" if series.name == "Pareto front" else "."
-        axes.plot(*zip(*places, strict=True), linestyle=style, marker=marker, color=series.colour, label=series.name)
+        axes.plot(
+            *zip(*places, strict=True),
+            linestyle=style,
+            marker=marker,
+            color=series.colour,
+            label=series.name,
+            clip_on=False,
+        )
         for point, place in zip(series.points, places, strict=True):
             if point.is_marked:
                 axes.plot(*place, marker="o", markersize=9, color=series.colour, markeredgecolor="black", clip_on=False)

@@ -44,7 +44,9 @@ def _curve(stability: Stability, sweep: str, curve: str) -> Plot:
             if (height := value(row)) is not None
         )
         if points:
-            series.append(Series(name, points, COLOURS[place], is_line=True))
+            # Such curves hide each other.
+            always = ", always 0" if not any(point.y for point in points) else ""
+            series.append(Series(f"{name}{always}", points, COLOURS[place], is_line=True))
     step = -(-len(ks) // MOST_LABELS)
     labels = tuple((2.0**k, str(k)) for k in ks[::step])
     file = f"stability-{sweep.replace(' ', '-')}-{curve}"
@@ -58,7 +60,7 @@ def section(stability: Stability) -> Iterator[str]:
         "vertices, edges and what lies just beside them. Structures that are not drawn decide as one of these does. A "
         f"method breaks where more than one answer in {1 / BREAKS:.0f} is wrong, and {TIMES} times as many as of the "
         "least stiff step, triangles that share a corner with the right one not counted: the large point. Zeros stand "
-        "on the axis."
+        "on the axis. Of curves that lie on each other the last one is seen."
     )
     names = [name for name in COMPARED if any(row.name == name for row in stability.rows)]
     yield html.heading(3, "Where each method breaks (k)")

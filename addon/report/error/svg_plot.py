@@ -8,6 +8,7 @@ from typing import Any
 from .plot import Plot
 
 SIZE = (760, 430)
+LABEL_SIZE = 11
 
 
 def why_missing() -> str:
@@ -32,10 +33,13 @@ def svg(plot: Plot) -> str:
         colors=tuple(series.colour for series in plot.series),
         opacity=1,
         title_font_size=15,
-        label_font_size=11,
-        major_label_font_size=11,
-        legend_font_size=11,
-        value_label_font_size=11,
+        label_font_size=LABEL_SIZE,
+        major_label_font_size=LABEL_SIZE,
+        legend_font_size=LABEL_SIZE,
+        value_label_font_size=LABEL_SIZE,
+        # By as much a point's label stands to the right of it and below: less than nothing, so that it stands above the
+        # point, and never below an axis. Nothing else here has this size.
+        value_font_size=-LABEL_SIZE,
         guide_stroke_color="#dddddd",
         major_guide_stroke_color="#dddddd",
     )

@@ -56,6 +56,9 @@ def beside(
             for method, _, _ in present
         }
         truth = kinds[kind].truth
+        right = truth.ties.get(row, (int(truth.triangle[row]),))
+        for answer in answers.values():
+            answer["is_wrong"] = answer["triangle"] not in right
         table.append(
             {
                 "worst_of": name,
