@@ -72,7 +72,7 @@ def of_the_bars() -> Iterator[Job]:
             yield Job("trace", scene, 2, "trace", sides.traces(kind), (kind,), 5, 16)
         for kind in KINDS[:4]:
             yield Job("trace", scene, 1, "trace", sides.traces_alone(kind), (kind,), 3, 4)
-        yield Job("image", scene, 2, "image", sides.IMAGES, samples=(1, 4, 16), seconds=8)
+        yield Job("image", scene, 2, "image", sides.IMAGES, samples=(1, 4, 16), seconds=40)
         yield Job("python", scene, 1, "python", ())
 
 
@@ -88,7 +88,9 @@ def of_growth() -> Iterator[Job]:
     for scene in GROWING:
         for size in SIZES:
             rounds = 25 if size < 100_000 else 5
-            yield Job("growth", f"{scene}@{size}", 2, "build", builds, rounds=rounds)
+            # The first round alone would measure how the system hands out memory.
+            seconds = 60 if size > 1_000_000 else 10
+            yield Job("growth", f"{scene}@{size}", 2, "build", builds, rounds=rounds, seconds=seconds)
             for kind in ("primary", "bounce"):
                 yield Job("growth", f"{scene}@{size}", 2, "trace", sides.traces_alone(kind), (kind,), 3, 3)
 
