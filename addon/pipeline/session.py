@@ -27,6 +27,8 @@ VIEWED = {"objects out of reach": True, "on demand": True, "instances": True}
 """The camera moves: nothing is out of reach for long, and trees are built where it looks. Objects move: each mesh has a
 tree of its own."""
 
+BUILDING = "Building"
+
 
 @dataclass(frozen=True)
 class Shown:
@@ -82,9 +84,13 @@ class Session:
         scene object with the same settings keeps its trees and what is prepared of them; otherwise meshes that are the
         same objects keep theirs."""
         state = self._state
+        first = next(refinement.steps(samples, pixel_size))
         with state.changed:
+            former = state.asked
+            is_same = former is not None and scene is former.scene and settings == former.settings
+            is_built = is_same and state.activity != BUILDING
             state.asked = _Asked(scene, settings, view, samples, pixel_size, perf_counter())
-            state.problem, state.activity = "", "Building"
+            state.problem, state.activity = "", _words(first) if is_built else BUILDING
             state.changed.notify_all()
 
     @property

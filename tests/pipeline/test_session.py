@@ -126,6 +126,20 @@ def test_moving_about_keeps_the_tree(shown: Session):
     assert shown.shown.is_last
 
 
+def test_what_is_built_is_said_and_another_view_builds_nothing(shown: Session):
+    scene = SceneData.of_mesh(ball())
+    shown.show(scene, Settings(), view(), samples=1)
+    first = shown.activity
+    assert shown.wait(PATIENCE, until_last=True)
+    said = []
+    for number in range(5):
+        shown.show(scene, Settings(), view(2000, 2000, 1.1 + number), samples=1)
+        said.append(shown.activity)
+    assert first == "Building" and "Building" not in said and all(said)
+    shown.show(replace(scene, name="Other"), Settings(), view(), samples=1)
+    assert shown.activity in {"Building", "1/4 of the resolution"}
+
+
 def test_an_edit_is_seen_and_the_same_mesh_in_another_export_keeps_its_tree(shown: Session):
     mesh = ball()
     shown.show(SceneData.of_mesh(mesh), Settings(), view(), samples=1)
