@@ -80,7 +80,13 @@ class Truth:
     """The closest hit of each ray: of several at one t the lowest row."""
 
     def __init__(
-        self, corners: Floats, rays: _Rays, triangle: NDArray[np.int64], ties: NDArray[np.int64], undecided: int
+        self,
+        corners: Floats,
+        rays: _Rays,
+        triangle: NDArray[np.int64],
+        ties: NDArray[np.int64],
+        is_zero: NDArray[np.bool_],
+        undecided: int,
     ) -> None:
         self.undecided = undecided
         """How many rays the filter left to whole numbers."""
@@ -91,7 +97,7 @@ class Truth:
         self.is_valid = rays.is_valid
         self.proved: dict[str, dict[str, bytes]] = {}
         """By precision and type: the bits of answers that were found to be true."""
-        self._corners, self._rays = corners, rays
+        self._corners, self._rays, self._is_zero = corners, rays, is_zero
         self._exact: dict[int, Hit] = {}
 
     def __len__(self) -> int:
@@ -99,10 +105,14 @@ class Truth:
 
     @cached_property
     def approximate(self) -> Meetings:
-        """t, u and v of the rays that hit, in their order, with bounds on their errors."""
+        """t, u and v of the rays that hit, in their order, with bounds on their errors; 0 where one is known to be."""
         hit = np.flatnonzero(self.triangle >= 0)
         origins, directions = self._rays.origins[hit], self._rays.directions[hit]
-        return meetings(origins, directions, self._corners[self.triangle[hit]], self._rays.is_sound[hit])
+        near = meetings(origins, directions, self._corners[self.triangle[hit]], self._rays.is_sound[hit])
+        for parts, is_zero in zip((near[:2], near[2:4], near[4:]), self._is_zero[hit].T, strict=True):
+            for part in parts:
+                part[is_zero] = 0
+        return near
 
     def hit(self, ray: int) -> Hit | None:
         """The closest hit of one ray, exactly."""
@@ -134,14 +144,18 @@ class Oracle:
         """The closest hit with t_min <= t <= t_max of each ray."""
         rays = self._rays(origins, directions, t_min, t_max)
         triangle, ties = np.full(len(rays.origins), -1), np.zeros(len(rays.origins), np.int64)
+        is_zero = np.zeros((len(rays.origins), 3), np.bool_)
         undecided = 0
         for first, nearest in self._nearest(rays):
             hit = nearest.triangle >= 0
             block = slice(first, first + len(hit))
             triangle[block][hit] = self.rows[nearest.triangle[hit]]
             ties[block] = nearest.ties
+            for place, hits in nearest.doubtful.items():
+                if hits:
+                    is_zero[first + place] = min(hits, key=lambda hit: hit[1])[0].is_zero
             undecided += len(nearest.doubtful)
-        return Truth(self.corners, rays, triangle, ties, undecided)
+        return Truth(self.corners, rays, triangle, ties, is_zero, undecided)
 
     def crossings(
         self, origins: ArrayLike, directions: ArrayLike, t_min: ArrayLike = 0.0, t_max: ArrayLike = np.inf

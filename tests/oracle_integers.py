@@ -68,6 +68,11 @@ class Meeting(NamedTuple):
     def v(self) -> Fraction:
         return Fraction(self.c, self.slope)
 
+    @property
+    def is_zero(self) -> tuple[bool, bool, bool]:
+        """Which of t, u and v are 0."""
+        return self.above == 0, self.b == 0, self.c == 0
+
     def order(self, other: Meeting) -> int:
         """Negative where this one is nearer, 0 where both are at one distance."""
         return self.above * other.below - other.above * self.below

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from tests import meshes
-from tests.agreement import assert_same, faults, truth_of
+from tests.agreement import assert_answers, assert_same, truth_of
 from tests.many_rays import RAYS, at_weak_places
 from tests.rays import around, at_features, joined
 from tests.variants import every_precision, every_tree_of_many_rays
@@ -122,5 +122,5 @@ def test_a_hundred_thousand_rays(variant, mode):
     with floating_point(mode):
         tree = variant.tree(*mesh)
         hits, occluded = tree.intersect(*rays), tree.occluded(*rays)
-    assert not faults(hits, truth, tree.stats.precision)
+    assert_answers(hits, truth, tree.stats.precision)
     assert np.array_equal(occluded, truth.triangle >= 0)

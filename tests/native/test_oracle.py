@@ -158,6 +158,7 @@ def test_filter_and_whole_numbers_against_the_definition(case, scale, offset):
         rays = (block.pairs.ray + block.first).tolist()
         inside.update(zip(zip(rays, block.pairs.triangle.tolist(), strict=True), block.pairs.is_inside, strict=True))
     hit = proved = 0
+    closest = iter(zip(*truth.approximate, strict=True))
     for ray, hits in enumerate(oracle.crossings(origins, directions, -INF)):
         o, d = exact(origins[ray]), exact(directions[ray])
         found = {row: crossing(o, d, *(exact(corner) for corner in oracle.corners[row])) for row in range(len(corners))}
@@ -169,6 +170,10 @@ def test_filter_and_whole_numbers_against_the_definition(case, scale, offset):
         assert truth.ties[ray] == sum(hit.t == hits[0].t for hit in hits)
         hit += len(hits)
         if expected:
+            t, t_error, u, u_error, v, v_error = next(closest)
+            for value, error, true in ((t, t_error, hits[0].t), (u, u_error, hits[0].u), (v, v_error, hits[0].v)):
+                assert not np.isfinite(error) or abs(fraction(value) - true) <= fraction(error)
+                assert true or value == error == 0 or hits[0].u > 0 < hits[0].v
             rows = [row for _, row, *_ in expected]
             many = np.repeat(origins[ray : ray + 1], len(rows), 0), np.repeat(directions[ray : ray + 1], len(rows), 0)
             sound = np.full(len(rows), abs(np.log2(scale)) <= 300)

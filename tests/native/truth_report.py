@@ -73,19 +73,17 @@ def compare(name: str, sample: int = 1000) -> Comparison:
     embree = embree_triangles(mesh, rays)
     differ = np.flatnonzero(ours.triangle != embree)
     same = np.random.default_rng(2).choice(np.flatnonzero(ours.triangle == embree), sample, replace=False)
-    lines, ties, right, peer_right = [], 0, 0, 0
-    for ray, hits in zip(differ, oracle.nearest(rays.origins[differ], rays.directions[differ]), strict=True):
-        answer = hits[0].triangle if hits else -1
-        ties += len(hits) > 1
-        right += bool(ours.triangle[ray] == answer)
-        peer_right += bool(embree[ray] == answer)
-        at = repr(float(hits[0].t)) if hits else "inf"
-        lines.append(
-            f"{name} ray {ray}: ours {ours.triangle[ray]}, embree {embree[ray]}, truth {answer} of {len(hits)} at {at}"
-        )
     chosen = np.concatenate([differ, same])
-    wrong = faults(_rows(ours, chosen), oracle.decide(rays.origins[chosen], rays.directions[chosen]))
+    truth = oracle.decide(rays.origins[chosen], rays.directions[chosen])
+    answer, count = truth.triangle[: len(differ)], truth.ties[: len(differ)]
+    lines = [
+        f"{name} ray {ray}: ours {ours.triangle[ray]}, embree {embree[ray]}, truth {answer[place]} of {count[place]}"
+        for place, ray in enumerate(differ.tolist())
+    ]
+    right, peer_right = (int((triangle[differ] == answer).sum()) for triangle in (ours.triangle, embree))
+    wrong = faults(_rows(ours, chosen), truth)
     hit_count = int(ours.hit.sum())
+    ties = int((count > 1).sum())
     return Comparison(name, len(embree), hit_count, len(differ), ties, right, peer_right, sample, lines, wrong)
 
 
