@@ -21,7 +21,8 @@ NATIVE := rust-toolchain.toml native/Cargo.toml native/Cargo.lock \
 	$(shell find native/bih-core native/bih-python \( -name target -o -name __pycache__ \) -prune -o -print)
 
 .PHONY: help preview test fuzz stress mutations bench bench-quick tables report lint lint-harness types test-rust test-harness test-neon \
-	test-address test-miri test-memory test-loom test-python test-hosts package real-blender format lock clean machine test-machine
+	test-address test-miri test-memory test-loom test-python test-hosts package real-blender any-blender format lock clean machine \
+	test-machine
 .DELETE_ON_ERROR:
 
 help:
@@ -49,9 +50,11 @@ preview: $(VENV)/.bihtree
 	@$(BIN)/python -m addon.blender.command_line render --scene "$(SCENE)" --output build/preview.png \
 		--output build/preview.exr --overlay build/overlay.png --stats build/preview.json
 
-# One compiler fills one core: two at a time. pytest takes all cores by itself.
+# One compiler fills one core: two at a time. The wheel, which takes longest, is begun first. pytest takes all cores by itself.
+# ALSO is what else to do beside the checks.
 test: | test-machine
-	@$(MAKE) --no-print-directory --jobs=2 READY=$(VENV)/.tests lint test-harness test-rust types lint-harness test-neon test-loom
+	@$(MAKE) --no-print-directory --jobs=2 READY=$(VENV)/.tests types test-harness test-rust any-blender lint lint-harness \
+		test-neon test-loom $(ALSO)
 	@$(MAKE) --no-print-directory test-python
 
 # What was measured on these sources before is not measured again; BENCH=--help says more.
@@ -97,10 +100,14 @@ SECONDS := 60
 fuzz:
 	@"$(PYTHON)" tools/fuzz.py $(SECONDS)
 
-# The tests say of themselves what they skip where there is no real Blender; with CI set they fail instead.
-test-python: $(VENV)/.tests $(VENV)/.bihtree
-	@$(BIN)/python tools/real_blender.py > /dev/null || true
+# As many processes as cores: products of matrices that NumPy spread over all cores would have these wait for one another.
+test-python: export OPENBLAS_NUM_THREADS := 1
+test-python: $(VENV)/.tests $(VENV)/.bihtree any-blender
 	$(BIN)/python -m pytest --quiet --numprocesses=auto --dist=worksteal tests
+
+# The tests say of themselves what they skip where there is no real Blender; with CI set they fail instead.
+any-blender: machine
+	@"$(PYTHON)" tools/real_blender.py > /dev/null || true
 
 test-hosts: $(VENV)/.tests $(VENV)/.bihtree
 	@$(BIN)/python tools/hosts.py $(HOSTS)
