@@ -90,7 +90,7 @@ def lacking_miri() -> Iterator[str]:
 def loom() -> None:
     """The hand-over of pieces that are built on demand, by the language's own model of memory."""
     environment = {"RUSTFLAGS": "--cfg loom", "CARGO_TARGET_DIR": "target/loom"}
-    cargo("test", "--quiet", "--locked", "--package", "bih-core", "--lib", "hand_over", environment=environment)
+    cargo("test", "--quiet", "--locked", "--package", "bih-loom", environment=environment)
 
 
 def lacking_loom() -> Iterator[str]:
