@@ -50,10 +50,12 @@ preview: $(VENV)/.bihtree
 	@$(BIN)/python -m addon.blender.command_line render --scene "$(SCENE)" --output build/preview.png \
 		--output build/preview.exr --overlay build/overlay.png --stats build/preview.json
 
-# One compiler fills one core: two at a time. The wheel, which takes longest, is begun first. pytest takes all cores by itself.
+# One compiler fills one core: two at a time. What the wheel needs is installed before, so that the wheel, which takes longest, is
+# begun first: make would give its place to whatever stands ready. pytest takes all cores by itself.
 # ALSO is what else to do beside the checks.
 test: | test-machine
-	@$(MAKE) --no-print-directory --jobs=2 READY=$(VENV)/.tests types test-harness test-rust any-blender lint lint-harness \
+	@$(MAKE) --no-print-directory --jobs=2 $(VENV)/.tests any-blender
+	@$(MAKE) --no-print-directory --jobs=2 READY=$(VENV)/.tests types test-harness test-rust lint lint-harness \
 		test-neon test-loom $(ALSO)
 	@$(MAKE) --no-print-directory test-python
 
