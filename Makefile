@@ -30,7 +30,7 @@ help:
 	@echo "make test                      all checks and tests (lint, lint-harness, types, test-rust, test-harness, test-neon,"
 	@echo "                               test-loom, then test-python)"
 	@echo "make test-hosts [HOSTS=4.2]    the Blender tests in each version that is supported: 4.2, 4.5, 5.0, 5.2 (400 MB each)"
-	@echo "make test-memory               what memory the core reads: AddressSanitizer, then Miri (two minutes)"
+	@echo "make test-memory               what memory the core reads: AddressSanitizer, then Miri (half an hour or more)"
 	@echo "make test-loom                 every order in which threads can meet where a tree is built on demand"
 	@echo "make stress                    the hard cases long (hours): 10 million aimed rays, all of the sweeps, make mutations"
 	@echo "make mutations                 mistakes made on purpose in a copy of native/, each of which a test must see"
