@@ -35,7 +35,7 @@ help:
 	@echo "make stress                    the hard cases long (hours): 10 million aimed rays, all of the sweeps, make mutations"
 	@echo "make mutations                 mistakes made on purpose in a copy of native/, each of which a test must see"
 	@echo "make fuzz [SECONDS=60]         fuzz meshes with rays, then saved trees, so long each"
-	@echo "make bench [BENCH=--help]      measure beside the peers (half an hour), write docs/benchmarks.md"
+	@echo "make bench [BENCH=--help]      measure beside the peers (three quarters of an hour), write docs/benchmarks.md"
 	@echo "make bench-quick               the same on small scenes: answers and counts alone, for CI"
 	@echo "make tables [TABLES=--help]    the slides' tables on this machine (some minutes), into docs/benchmarks.md"
 	@echo "make report [SCENE=my.blend]   error against run time on a scene (some minutes), a page in build/report/;"

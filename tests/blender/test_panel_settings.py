@@ -138,9 +138,8 @@ def test_words_of_choices_are_never_cut_off() -> None:
     assert place_of_choices([*words, "One more"], 320) == "below"
 
 
-def test_names_are_never_cut_off(registered) -> None:
-    """Every name that is drawn has a short one where it needs it: it fits a panel of 190 pixels, the narrowest that
-    Blender's own words fit."""
+def test_names_are_short_where_a_panel_is_narrow(registered) -> None:
+    """Short names in a panel of 190 pixels, the narrowest that Blender's own words fit; whole ones in a wide panel."""
     from addon.blender import panel_parts
     from addon.blender.overlay_properties import BihOverlaySettings
     from addon.blender.properties import BihSettings

@@ -28,7 +28,7 @@ fn row_of(count: usize) -> (Vec<[f32; 3]>, Vec<Ray>) {
 fn trace(tracer: &Tracer, rays: &[Ray]) {
     let mut stack = Stack::default();
     let (mut hits, mut hidden) = (vec![None; rays.len()], vec![false; rays.len()]);
-    // Packets take Miri a minute; they go through the trees that are built on demand.
+    // Packets take Miri twenty times as long; they go through the trees that are built on demand.
     let ways: &[Way] = if cfg!(miri) { &[Way::InFlight] } else { &[Way::Alone, Way::InFlight, Way::Packets] };
     for &way in ways {
         tracer.closest(rays, way, &mut stack, &mut hits);

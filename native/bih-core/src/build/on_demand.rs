@@ -306,7 +306,7 @@ mod tests {
         (soup.collect(), rays.collect())
     }
 
-    /// Also the test of what Miri sees of the shared arrays: some threads at once, in all layouts.
+    /// Also the test of what Miri sees of the shared arrays: some threads at once; it has the time for two layouts.
     #[test]
     fn builders_that_fail_leave_a_tree_that_is_usable() {
         let (soup, mut rays) = row_of(if cfg!(miri) { 20 } else { 400 });
