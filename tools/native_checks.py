@@ -81,8 +81,8 @@ def miri() -> None:
     flags += " -Zmiri-ignore-leaks -Zmiri-permissive-provenance -Zmiri-tree-borrows"
     environment = {"PROPTEST_CASES": "1", "MIRIFLAGS": flags}
     # Where there is AVX2, scalar code is tested beside it.
-    what = ("+nightly", "miri", "test", "-Zprofile-rustflags", "--config", AVX2)
-    what += ("--quiet", "--locked", "--package", "bih-core")
+    common = ("+nightly", "miri", "test", "-Zprofile-rustflags", "--config", AVX2)
+    what = (*common, "--quiet", "--locked", "--package", "bih-core")
     cargo(*what, "--lib", "--", *UNSAFE, environment=environment)
     cargo(*what, "--test", "memory", "--test", "lanes", environment=environment)
 
