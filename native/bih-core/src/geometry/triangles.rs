@@ -34,7 +34,7 @@ impl Vertices<'_> {
     #[inline(always)]
     fn get(&self, row: usize) -> Vector {
         match self {
-            Self::F32(v) => v.get(row).map_or([f64::NAN; 3], |p| p.map(f64::from)),
+            Self::F32(v) => v.get(row).map_or([f64::NAN; 3], |&[x, y, z]| [f64::from(x), f64::from(y), f64::from(z)]),
             Self::F64(v) => v.get(row).copied().unwrap_or([f64::NAN; 3]),
         }
     }
@@ -126,7 +126,7 @@ impl<'a> Triangles<'a> {
     fn vertices_of(&self, row: u32) -> [usize; 3] {
         let row = row as usize;
         match self.rows {
-            Some(rows) => rows.get(row).map_or([usize::MAX; 3], |r| r.map(|v| v as usize)),
+            Some(rows) => rows.get(row).map_or([usize::MAX; 3], |&[a, b, c]| [a as usize, b as usize, c as usize]),
             None => [3 * row, 3 * row + 1, 3 * row + 2],
         }
     }

@@ -1,5 +1,6 @@
 //! A scene as what a picture is traced in.
 
+use super::scene::Model;
 use super::tracer::SceneTracer;
 use crate::build::Precision;
 use crate::geometry::{Corners, Ray, Vector};
@@ -36,10 +37,17 @@ impl Traced for SceneTracer<'_> {
         SceneTracer::cost(self, rays, stack, counts);
     }
 
+    fn prefetch_row(&self, seen: &Seen) {
+        self.model_of(seen).triangles.prefetch_row(seen.hit.triangle);
+    }
+
+    fn prefetch_corners(&self, seen: &Seen) {
+        self.model_of(seen).triangles.prefetch_corners(seen.hit.triangle);
+    }
+
     fn corners(&self, seen: &Seen) -> Corners {
-        let instance = &self.scene.instances[seen.instance as usize];
-        let model = &self.models[instance.model as usize];
-        instance.place.corners(&model.triangles.corners(seen.hit.triangle))
+        let corners = self.model_of(seen).triangles.corners(seen.hit.triangle);
+        self.scene.instances[seen.instance as usize].place.corners(&corners)
     }
 
     fn tree_of(&self, instance: u32) -> usize {
@@ -52,5 +60,12 @@ impl Traced for SceneTracer<'_> {
 
     fn normal_in_world(&self, instance: u32, normal: &Vector) -> Vector {
         self.scene.instances[instance as usize].place.normal(normal)
+    }
+}
+
+impl SceneTracer<'_> {
+    /// What an instance shows.
+    fn model_of(&self, seen: &Seen) -> &Model<'_> {
+        &self.models[self.scene.instances[seen.instance as usize].model as usize]
     }
 }

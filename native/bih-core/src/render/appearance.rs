@@ -70,6 +70,11 @@ pub struct NoSurface {
 }
 
 impl Appearance<'_> {
+    /// Whether all is grey matter with normals of its own and without flags.
+    pub(super) fn is_plain(&self) -> bool {
+        self.surfaces.is_empty() && self.objects.is_empty() && self.meshes.is_empty()
+    }
+
     /// Row of the object that is seen.
     #[inline]
     pub(super) fn object_of(&self, seen: &Seen) -> usize {

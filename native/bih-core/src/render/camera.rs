@@ -1,6 +1,9 @@
 //! Rays through the pixels of a picture, from one matrix.
 
+use super::vectors::{Numbers, ZEROS, at, dots, normalise_each, write};
 use crate::geometry::{Ray, Vector, dot, normalise, subtract};
+use crate::simd::{Kernel, Lanes, dispatch_common_to, instruction_sets};
+use crate::traverse::PACKET;
 
 type Matrix = [[f64; 4]; 4];
 
@@ -54,14 +57,33 @@ impl Lens {
             is_endless,
         })
     }
+}
 
-    #[inline]
-    fn ray(&self, x: f64, y: f64) -> Ray {
-        let at = |[a, b, c]: &[Vector; 3]| -> Vector { std::array::from_fn(|i| c[i] + x * a[i] + y * b[i]) };
-        let along = at(&self.along);
-        let direction = normalise(&along);
-        let t_max = if self.is_endless { f64::INFINITY } else { dot(&along, &direction) };
-        Ray { origin: at(&self.origin), direction, t_min: 0.0, t_max }
+/// Rays through places in the picture.
+struct Through<'a> {
+    lens: &'a Lens,
+    places: [Numbers; 2],
+    rays: &'a mut [Ray],
+}
+
+impl Kernel for Through<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self { lens, places: [x, y], rays } = self;
+        let (mut origin, mut along) = (ZEROS, ZEROS);
+        for ([a, b, c], ends) in [(&lens.origin, &mut origin), (&lens.along, &mut along)] {
+            for axis in 0..3 {
+                write(&mut ends[axis], |i| c[axis] + x[i] * a[axis] + y[i] * b[axis]);
+            }
+        }
+        let mut direction = along;
+        normalise_each(&mut direction);
+        let length = dots(&along, &direction);
+        for (i, ray) in rays.iter_mut().enumerate() {
+            let t_max = if lens.is_endless { f64::INFINITY } else { length[i] };
+            *ray = Ray { origin: at(&origin, i), direction: at(&direction, i), t_min: 0.0, t_max };
+        }
     }
 }
 
@@ -95,14 +117,33 @@ impl Camera {
 
     /// The ray through pixel (x, y), counted from the lower left, from the near clip plane to the far one; its direction
     /// is of unit length. `offset` is the place within the pixel, from 0 to 1.
-    #[inline]
     pub fn ray(&self, x: u32, y: u32, offset: [f64; 2]) -> Ray {
-        let ndc = |pixel: u32, offset: f64, size: u32| 2.0 * (f64::from(pixel) + offset) / f64::from(size) - 1.0;
-        let x = ndc(x, offset[0], self.width);
-        let y = ndc(y, offset[1], self.height);
+        let mut ray = [Ray::new([0.0; 3], [0.0; 3])];
+        self.rays(&[[x, y]], offset, &mut ray);
+        ray[0]
+    }
+
+    /// The rays through pixels, at most a packet of them, as `ray` gives each.
+    pub fn rays(&self, pixels: &[[u32; 2]], offset: [f64; 2], rays: &mut [Ray]) {
+        assert!(pixels.len() == rays.len() && rays.len() <= PACKET, "{} rays of {}", rays.len(), pixels.len());
+        let size = [self.width, self.height].map(f64::from);
+        let places = [0, 1].map(|axis| {
+            let mut place = [0.0; PACKET];
+            for (place, pixel) in place.iter_mut().zip(pixels) {
+                *place = 2.0 * (f64::from(pixel[axis]) + offset[axis]) / size[axis] - 1.0;
+            }
+            place
+        });
         if let Some(lens) = &self.lens {
-            return lens.ray(x, y);
+            return dispatch_common_to(instruction_sets()[0], Through { lens, places, rays });
         }
+        for (i, ray) in rays.iter_mut().enumerate() {
+            *ray = self.unprojected(places[0][i], places[1][i]);
+        }
+    }
+
+    /// The ray through a place in the picture, by both of its ends.
+    fn unprojected(&self, x: f64, y: f64) -> Ray {
         let unproject = |z: f64| self.clip_to_world.map(|row| row[0] * x + row[1] * y + row[2] * z + row[3]);
         let near = unproject(-1.0);
         let far = unproject(1.0);
@@ -175,6 +216,32 @@ mod tests {
         assert!(near(end[0], 1.5) && near(end[1], -1.5) && near(end[2], -3.0), "{ray:?}");
         assert!(near(dot(&ray.direction, &ray.direction), 1.0));
         assert!(near(perspective().depth(&[0.3, -0.2, -2.5]), 2.5));
+    }
+
+    /// Many at once are those of both clip planes, to rounding, with a far plane and without.
+    #[test]
+    fn rays_go_from_one_clip_plane_to_the_other() {
+        let finite = [[0.7, 0.1, 0.0, 0.3], [0.0, 0.5, 0.2, -2.0], [0.1, 0.0, 0.6, 5.0], [0.0, 0.0, -0.3, 0.4]];
+        let mut endless = finite;
+        endless[3] = [0.0, 0.0, -0.4, 0.4];
+        for matrix in [finite, endless] {
+            let camera = Camera::new(matrix, 9, 7).unwrap();
+            let pixels: [_; PACKET - 1] = std::array::from_fn(|i| [i as u32 % 9, i as u32 / 9]);
+            let mut rays = [Ray::new([0.0; 3], [0.0; 3]); PACKET - 1];
+            camera.rays(&pixels, [0.25, 0.75], &mut rays);
+            for ([x, y], ray) in pixels.into_iter().zip(rays) {
+                assert_eq!(camera.ray(x, y, [0.25, 0.75]), ray);
+                let place =
+                    [(x, 0.25, 9.0), (y, 0.75, 7.0)].map(|(p, at, size)| 2.0 * (f64::from(p) + at) / size - 1.0);
+                let expected = camera.unprojected(place[0], place[1]);
+                let near = |a: f64, b: f64| a == b || (a - b).abs() < 1e-12 * a.abs().max(1.0);
+                assert!(near(ray.t_max, expected.t_max), "{ray:?} {expected:?}");
+                for axis in 0..3 {
+                    assert!(near(ray.origin[axis], expected.origin[axis]), "{ray:?} {expected:?}");
+                    assert!(near(ray.direction[axis], expected.direction[axis]), "{ray:?} {expected:?}");
+                }
+            }
+        }
     }
 
     #[test]

@@ -3,7 +3,11 @@
 use std::f64::consts::PI;
 
 use super::sampling::{Sampler, in_cone, on_disk, sine_cosine};
+use super::surface::Points;
+use super::vectors::{Numbers, Vectors, ZEROS, at, dots, normalise_each, put, write};
 use crate::geometry::{Vector, add_scaled, dot, normalise, subtract};
+use crate::simd::{Kernel, Lanes, dispatch_common_to, instruction_sets};
+use crate::traverse::PACKET;
 
 /// A light. With a size it is sampled, and its shadows are soft.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -64,13 +68,29 @@ pub enum Shape {
 
 /// What one sample of a light sends to a point.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Incoming {
+struct Incoming {
     /// The way to the light, of any length.
-    pub to_light: Vector,
+    to_light: Vector,
     /// Where on it the light is.
-    pub t_max: f64,
+    t_max: f64,
     /// On a surface that faces it, relative to the light's colour.
-    pub irradiance: f64,
+    irradiance: f64,
+}
+
+/// What one sample of a light sends to each point of a block.
+pub(super) struct Arriving {
+    /// The way to the light, of any length.
+    pub to_light: Vectors,
+    /// Where on it the light is.
+    pub t_max: Numbers,
+    /// On the surface as it stands, relative to the light's colour; 0 where nothing arrives.
+    pub amount: Numbers,
+}
+
+impl Arriving {
+    pub fn new() -> Self {
+        Self { to_light: ZEROS, t_max: [0.0; PACKET], amount: [0.0; PACKET] }
+    }
 }
 
 impl Light {
@@ -84,9 +104,32 @@ impl Light {
         Self { shape: Shape::Point { position, radius: 0.0 }, colour: power, casts_shadows: true }
     }
 
-    /// One sample of what reaches a point; `dimension` is the light's own. Nothing of a headlight, which depends on the
-    /// view.
-    pub(super) fn at(&self, point: &Vector, sampler: &Sampler, dimension: u32) -> Option<Incoming> {
+    /// One sample of what reaches each point of a block; `dimension` is the light's own. Nothing of a headlight, which
+    /// depends on the view.
+    pub(super) fn towards(&self, points: &Points, dimension: u32, arriving: &mut Arriving) {
+        let Arriving { to_light, t_max, amount } = arriving;
+        let centre = match self.shape {
+            Shape::Point { position, radius } if radius <= 0.0 => {
+                t_max.fill(1.0);
+                Some(position)
+            }
+            _ => {
+                amount.fill(0.0);
+                for i in points.places() {
+                    let sample = self.at(&at(&points.position, i), &points.sampler(i), dimension);
+                    if let Some(incoming) = sample {
+                        put(to_light, i, &incoming.to_light);
+                        (t_max[i], amount[i]) = (incoming.t_max, incoming.irradiance);
+                    }
+                }
+                None
+            }
+        };
+        dispatch_common_to(instruction_sets()[0], Fall { points, centre: centre.as_ref(), to_light, amount });
+    }
+
+    /// One sample of what reaches a point.
+    fn at(&self, point: &Vector, sampler: &Sampler, dimension: u32) -> Option<Incoming> {
         match &self.shape {
             Shape::Headlight => None,
             Shape::Sun { direction, angle } => {
@@ -117,6 +160,37 @@ impl Light {
                     Incoming { to_light, t_max: 1.0, irradiance }
                 })
             }
+        }
+    }
+}
+
+/// Turns what would fall on surfaces that face a light into what falls on them as they stand; of a light that is but a
+/// point, with its centre, all of it.
+struct Fall<'a> {
+    points: &'a Points,
+    centre: Option<&'a Vector>,
+    to_light: &'a mut Vectors,
+    amount: &'a mut Numbers,
+}
+
+impl Kernel for Fall<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self { points, centre, to_light, amount } = self;
+        if let Some(centre) = centre {
+            for axis in 0..3 {
+                write(&mut to_light[axis], |i| centre[axis] - points.position[axis][i]);
+            }
+            let squared = dots(to_light, to_light);
+            write(amount, |i| 1.0 / (4.0 * PI * squared[i]));
+        }
+        let mut directions = *to_light;
+        normalise_each(&mut directions);
+        let cosine = dots(&directions, &points.normal);
+        for i in 0..PACKET {
+            let is_lit = points.are_there[i] & (cosine[i] > 0.0);
+            amount[i] = if is_lit { amount[i] * cosine[i] } else { 0.0 };
         }
     }
 }

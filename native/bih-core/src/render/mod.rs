@@ -9,6 +9,7 @@ mod shade;
 mod surface;
 mod tiles;
 mod traced;
+mod vectors;
 mod visible;
 
 pub use appearance::{Appearance, GREY, MeshLook, NoSurface, Object, Surface};

@@ -2,11 +2,14 @@
 
 use std::f64::consts::PI;
 
-use super::light::{Incoming, Light, Shape};
-use super::sampling::{Sampler, by_cosine};
+use super::light::{Arriving, Light, Shape};
+use super::sampling::by_cosine;
+use super::surface::Points;
 use super::traced::Traced;
+use super::vectors::{Numbers, Vectors, ZEROS, at, dots, each, write};
 use super::visible::Visible;
-use crate::geometry::{Ray, Vector, add_scaled, dot, normalise};
+use crate::geometry::{Ray, Vector, dot};
+use crate::simd::{Kernel, Lanes, dispatch_common_to, instruction_sets};
 use crate::traverse::PACKET;
 
 /// Radiance of a white surface that faces the headlight, where there is no other light, and beside others.
@@ -28,110 +31,127 @@ pub struct Lighting {
     pub occlusion: Option<f64>,
 }
 
-/// A point on a surface.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Point {
-    pub position: Vector,
-    /// The triangle's own, of unit length, on the viewer's side.
-    pub ground: Vector,
-    /// The one to shade by.
-    pub normal: Vector,
-    /// The position is not further than this from the triangle.
-    pub error: f64,
-    /// Where the viewer looks.
-    pub view: Vector,
-    pub base: [f64; 3],
-    pub emission: [f64; 3],
-    pub sampler: Sampler,
+/// What a thread shades a block with.
+pub(super) struct Shader {
+    /// What comes from each point towards the viewer.
+    pub radiance: Vectors,
+    arriving: Arriving,
+    rays: Rays,
+}
+
+impl Shader {
+    pub fn new() -> Self {
+        Self { radiance: ZEROS, arriving: Arriving::new(), rays: Rays::new() }
+    }
+
+    /// Find the radiance of the points.
+    pub fn shade<T: Traced>(&mut self, lighting: &Lighting, scene: &Visible<T>, points: &Points, stack: &mut T::Stack) {
+        let Self { radiance, arriving, rays } = self;
+        let open = lighting.open(scene, points, rays, stack);
+        dispatch_common_to(instruction_sets()[0], Around { lighting, points, open: open.as_ref(), radiance });
+        for (light, dimension) in lighting.lights.iter().zip(OCCLUSION + 1..) {
+            if light.shape == Shape::Headlight {
+                continue;
+            }
+            light.towards(points, dimension, arriving);
+            if lighting.shadows && light.casts_shadows {
+                rays.clear();
+                for i in points.places().filter(|&i| arriving.amount[i] > 0.0) {
+                    let way = Ray::new(at(&points.lifted, i), at(&arriving.to_light, i));
+                    rays.push(i, Ray { t_max: arriving.t_max[i], ..way });
+                }
+                rays.each_hidden(scene, stack, |i| arriving.amount[i] = 0.0);
+            }
+            let amount = &arriving.amount;
+            dispatch_common_to(
+                instruction_sets()[0],
+                Lit { base: &points.base, colour: &light.colour, amount, radiance },
+            );
+        }
+    }
 }
 
 impl Lighting {
-    /// Radiance of some points, at most a packet of them, towards the viewer.
-    pub(super) fn shade<T: Traced>(
+    /// Which points the surroundings reach, by one direction each; none: all.
+    fn open<T: Traced>(
         &self,
         scene: &Visible<T>,
-        points: &[Point],
+        points: &Points,
+        rays: &mut Rays,
         stack: &mut T::Stack,
-    ) -> [[f64; 3]; PACKET] {
-        let mut radiance = [[0.0; 3]; PACKET];
-        let open = self.open(scene, points, stack);
-        for ((radiance, point), open) in radiance.iter_mut().zip(points).zip(open) {
-            let facing = dot(&point.normal, &point.view).abs();
-            let around = self.around(facing).map(|light| if open { light } else { 0.0 });
-            *radiance = std::array::from_fn(|i| point.base[i] * around[i] + point.emission[i]);
+    ) -> Option<[bool; PACKET]> {
+        let distance = self.occlusion?;
+        let mut open = [true; PACKET];
+        rays.clear();
+        for i in points.places() {
+            let direction = by_cosine(&at(&points.normal, i), points.sampler(i).square(OCCLUSION));
+            // Beneath the triangle that is hit there is matter.
+            open[i] = dot(&direction, &at(&points.ground, i)) > 0.0;
+            if open[i] {
+                rays.push(i, Ray { t_max: distance, ..Ray::new(at(&points.lifted, i), direction) });
+            }
         }
-        for (light, dimension) in self.lights.iter().zip(OCCLUSION + 1..) {
-            let lit = Lit::by(light, points, dimension);
-            let hidden =
-                if self.shadows && light.casts_shadows { lit.rays.hidden(scene, stack) } else { [false; PACKET] };
-            for ((&point, amount), _) in
-                lit.rays.points().iter().zip(lit.amounts).zip(hidden).filter(|(_, is_hidden)| !is_hidden)
-            {
-                for (i, channel) in radiance[point].iter_mut().enumerate() {
-                    *channel += points[point].base[i] / PI * light.colour[i] * amount;
+        rays.each_hidden(scene, stack, |i| open[i] = false);
+        Some(open)
+    }
+}
+
+/// What comes from the headlights, from everywhere, and from the points themselves.
+struct Around<'a> {
+    lighting: &'a Lighting,
+    points: &'a Points,
+    open: Option<&'a [bool; PACKET]>,
+    radiance: &'a mut Vectors,
+}
+
+impl Kernel for Around<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self { lighting: Lighting { lights, ambient, .. }, points, open, radiance } = self;
+        let facing = dots(&points.normal, &points.view).map(f64::abs);
+        for (channel, radiance) in radiance.iter_mut().enumerate() {
+            let mut around = match ambient {
+                Some(ambient) => [ambient[channel]; PACKET],
+                None => {
+                    let strength = if lights.is_empty() { HEADLIGHT } else { FILL };
+                    each(|i| facing[i] * strength)
+                }
+            };
+            for light in lights.iter().filter(|light| light.shape == Shape::Headlight) {
+                for (around, facing) in around.iter_mut().zip(&facing) {
+                    *around += facing * light.colour[channel];
                 }
             }
-        }
-        radiance
-    }
-
-    /// What comes from the headlights and from everywhere, to a white surface seen by this cosine.
-    fn around(&self, facing: f64) -> [f64; 3] {
-        let mut sum = match self.ambient {
-            Some(ambient) => ambient,
-            None => [facing * if self.lights.is_empty() { HEADLIGHT } else { FILL }; 3],
-        };
-        for light in self.lights.iter().filter(|light| light.shape == Shape::Headlight) {
-            for (sum, colour) in sum.iter_mut().zip(light.colour) {
-                *sum += facing * colour;
+            if let Some(open) = open {
+                for (around, is_open) in around.iter_mut().zip(open) {
+                    *around = if *is_open { *around } else { 0.0 };
+                }
             }
+            let (base, emission) = (&points.base[channel], &points.emission[channel]);
+            write(radiance, |i| base[i] * around[i] + emission[i]);
         }
-        sum
-    }
-
-    /// Which points the surroundings reach, by one direction each.
-    fn open<T: Traced>(&self, scene: &Visible<T>, points: &[Point], stack: &mut T::Stack) -> [bool; PACKET] {
-        let mut open = [true; PACKET];
-        let Some(distance) = self.occlusion else { return open };
-        let mut rays = Rays::new();
-        for (i, point) in points.iter().enumerate() {
-            let direction = by_cosine(&point.normal, point.sampler.square(OCCLUSION));
-            // Beneath the triangle that is hit there is matter.
-            open[i] = dot(&direction, &point.ground) > 0.0;
-            if open[i] {
-                rays.push(i, Ray { t_max: distance, ..Ray::new(lifted(point), direction) });
-            }
-        }
-        let hidden = rays.hidden(scene, stack);
-        for (&i, hidden) in rays.points().iter().zip(hidden) {
-            open[i] = !hidden;
-        }
-        open
     }
 }
 
-/// The points that face a light, and the rays to it.
-struct Lit {
-    rays: Rays,
-    /// Irradiance of the points relative to the light's colour.
-    amounts: [f64; PACKET],
+/// What a light adds.
+struct Lit<'a> {
+    base: &'a Vectors,
+    colour: &'a Vector,
+    amount: &'a Numbers,
+    radiance: &'a mut Vectors,
 }
 
-impl Lit {
-    fn by(light: &Light, points: &[Point], dimension: u32) -> Self {
-        let mut lit = Self { rays: Rays::new(), amounts: [0.0; PACKET] };
-        for (i, point) in points.iter().enumerate() {
-            let Some(Incoming { to_light, t_max, irradiance }) = light.at(&point.position, &point.sampler, dimension)
-            else {
-                continue;
-            };
-            let cosine = dot(&normalise(&to_light), &point.normal);
-            if cosine > 0.0 {
-                lit.amounts[lit.rays.len] = irradiance * cosine;
-                lit.rays.push(i, Ray { t_max, ..Ray::new(lifted(point), to_light) });
+impl Kernel for Lit<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self { base, colour, amount, radiance } = self;
+        for (channel, radiance) in radiance.iter_mut().enumerate() {
+            for (i, radiance) in radiance.iter_mut().enumerate() {
+                *radiance += base[channel][i] / PI * colour[channel] * amount[i];
             }
         }
-        lit
     }
 }
 
@@ -147,25 +167,24 @@ impl Rays {
         Self { len: 0, points: [0; PACKET], rays: [Ray::new([0.0; 3], [0.0; 3]); PACKET] }
     }
 
+    fn clear(&mut self) {
+        self.len = 0;
+    }
+
     fn push(&mut self, point: usize, ray: Ray) {
         self.points[self.len] = point;
         self.rays[self.len] = ray;
         self.len += 1;
     }
 
-    fn points(&self) -> &[usize] {
-        &self.points[..self.len]
-    }
-
-    /// Those in whose way something stands.
-    fn hidden<T: Traced>(&self, scene: &Visible<T>, stack: &mut T::Stack) -> [bool; PACKET] {
+    /// Tell the points of those in whose way something stands.
+    fn each_hidden<T: Traced>(&self, scene: &Visible<T>, stack: &mut T::Stack, mut tell: impl FnMut(usize)) {
         let mut hidden = [false; PACKET];
         scene.occluded(&self.rays[..self.len], stack, &mut hidden[..self.len]);
-        hidden
+        for (&point, hidden) in self.points[..self.len].iter().zip(hidden) {
+            if hidden {
+                tell(point);
+            }
+        }
     }
-}
-
-/// The position, moved to the viewer's side by twice what it can lie behind its triangle.
-fn lifted(point: &Point) -> Vector {
-    add_scaled(&point.position, 2.0 * point.error, &point.ground)
 }

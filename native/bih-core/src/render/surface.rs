@@ -1,92 +1,222 @@
 //! Where camera rays meet surfaces.
 
+use super::appearance::GREY;
 use super::sampling::Sampler;
-use super::shade::Point;
 use super::traced::{Seen, Traced};
+use super::vectors::{Numbers, Vectors, ZEROS, at, cross_each, dots, each, normalise_or, put, write};
 use super::visible::Visible;
 use crate::build::Precision;
-use crate::geometry::{Corners, Ray, Vector, add_scaled, dot, normal, normalise, subtract};
-use crate::traverse::{Hit, PACKET};
+use crate::geometry::{Ray, Vector, dot, normal, normalise};
+use crate::simd::{Kernel, Lanes, dispatch_common_to, instruction_sets};
+use crate::traverse::PACKET;
 
-/// What is hit in a block, and through which of its pixels.
-pub(super) struct Found {
-    len: usize,
-    pixels: [usize; PACKET],
-    holdouts: [bool; PACKET],
-    points: [Point; PACKET],
+/// What the rays of a block meet; of a ray that meets nothing the numbers mean nothing.
+pub(super) struct Points {
+    /// Which rays meet something.
+    pub are_there: [bool; PACKET],
+    /// Where the picture is empty nevertheless.
+    pub are_holdouts: [bool; PACKET],
+    pub position: Vectors,
+    /// Of the triangle itself, of unit length, on the viewer's side.
+    pub ground: Vectors,
+    /// Those to shade by.
+    pub normal: Vectors,
+    /// The position, moved to the viewer's side by twice what it can lie behind its triangle.
+    pub lifted: Vectors,
+    /// Where the viewer looks.
+    pub view: Vectors,
+    pub base: Vectors,
+    pub emission: Vectors,
+    /// Of which pixels and which sample they are.
+    pub pixels: [[u32; 2]; PACKET],
+    pub sample: u32,
+    pub seed: u64,
+    hits: Hits,
 }
 
-impl Found {
-    pub fn new() -> Self {
-        Self { len: 0, pixels: [0; PACKET], holdouts: [false; PACKET], points: [Point::default(); PACKET] }
+impl Points {
+    pub fn new(seed: u64) -> Self {
+        Self {
+            are_there: [false; PACKET],
+            are_holdouts: [false; PACKET],
+            position: ZEROS,
+            ground: ZEROS,
+            normal: ZEROS,
+            lifted: ZEROS,
+            view: ZEROS,
+            base: GREY.base.map(|x| [x; PACKET]),
+            emission: GREY.emission.map(|x| [x; PACKET]),
+            pixels: [[0; 2]; PACKET],
+            sample: 0,
+            seed,
+            hits: Hits::new(),
+        }
     }
 
-    pub fn clear(&mut self) {
-        self.len = 0;
-    }
-
-    /// Add what a ray sees through one of the pixels; without its normal where nothing needs it.
-    pub fn push<T: Traced>(
+    /// Take what the rays see; without normals where nothing needs them.
+    pub fn find<T: Traced>(
         &mut self,
-        pixel: usize,
         scene: &Visible<T>,
-        ray: &Ray,
-        seen: &Seen,
-        has_normal: bool,
-        sampler: Sampler,
+        rays: &[Ray; PACKET],
+        seen: &[Option<Seen>; PACKET],
+        has_normals: bool,
     ) {
-        let (traced, appearance) = (scene.traced, scene.appearance);
-        let corners = traced.corners(seen);
-        let object = appearance.object(seen);
-        let surface = appearance.surface(traced, seen, &object);
-        let ground = if has_normal { facing(&corners, ray) } else { [0.0; 3] };
-        let (position, error) = match traced.precision() {
-            Precision::Watertight | Precision::Exact => along(ray, &seen.hit),
-            Precision::Fast => within(&corners, &seen.hit),
-        };
-        let normal = if has_normal { smooth(scene, seen, &ground) } else { ground };
-        self.pixels[self.len] = pixel;
-        self.holdouts[self.len] = object.is_holdout;
-        self.points[self.len] = Point {
-            position,
-            ground,
-            normal,
-            error,
-            view: ray.direction,
-            base: surface.base,
-            emission: surface.emission,
-            sampler,
-        };
-        self.len += 1;
+        for (is_there, seen) in self.are_there.iter_mut().zip(seen) {
+            *is_there = seen.is_some();
+        }
+        self.hits.take(scene.traced, seen);
+        let precision = scene.traced.precision();
+        dispatch_common_to(instruction_sets()[0], Find { points: self, rays, precision, has_normals });
+        if !scene.appearance.is_plain() {
+            self.look(scene, seen, has_normals);
+        }
     }
 
-    pub fn pixels(&self) -> &[usize] {
-        &self.pixels[..self.len]
+    /// Surfaces, smooth normals and flags.
+    fn look<T: Traced>(&mut self, scene: &Visible<T>, seen: &[Option<Seen>; PACKET], has_normals: bool) {
+        for (i, seen) in seen.iter().enumerate() {
+            let Some(seen) = seen else { continue };
+            let object = scene.appearance.object(seen);
+            let surface = scene.appearance.surface(scene.traced, seen, &object);
+            self.are_holdouts[i] = object.is_holdout;
+            put(&mut self.base, i, &surface.base);
+            put(&mut self.emission, i, &surface.emission);
+            if has_normals {
+                let normal = smooth(scene, seen, &at(&self.ground, i));
+                put(&mut self.normal, i, &normal);
+            }
+        }
     }
 
-    pub fn holdouts(&self) -> &[bool] {
-        &self.holdouts[..self.len]
+    /// The places that are there.
+    pub fn places(&self) -> impl Iterator<Item = usize> {
+        self.are_there.into_iter().enumerate().filter_map(|(i, is_there)| is_there.then_some(i))
     }
 
-    pub fn points(&self) -> &[Point] {
-        &self.points[..self.len]
+    pub fn sampler(&self, i: usize) -> Sampler {
+        Sampler::new(self.seed, self.pixels[i], self.sample)
     }
 }
 
-/// The unit normal of a triangle on the side that a ray comes from.
-fn facing([a, b, c]: &Corners, ray: &Ray) -> Vector {
-    let normal = normal(&subtract(b, a), &subtract(c, a));
-    let away = dot(&normal, &ray.direction) > 0.0;
-    if away { normal.map(|x| -x) } else { normal }
+/// What was hit, and where on it.
+struct Hits {
+    corners: [Vectors; 3],
+    t: Numbers,
+    u: Numbers,
+    v: Numbers,
+}
+
+impl Hits {
+    /// Triangles of some size, so that no number is out of range where nothing is hit.
+    fn new() -> Self {
+        let mut corners = [ZEROS; 3];
+        corners[1][0].fill(1.0);
+        corners[2][1].fill(1.0);
+        Self { corners, t: [0.0; PACKET], u: [0.0; PACKET], v: [0.0; PACKET] }
+    }
+
+    fn take<T: Traced>(&mut self, traced: &T, seen: &[Option<Seen>; PACKET]) {
+        // Corners lie anywhere in memory: all are asked for before the first is waited for.
+        for seen in seen.iter().flatten() {
+            traced.prefetch_row(seen);
+        }
+        for seen in seen.iter().flatten() {
+            traced.prefetch_corners(seen);
+        }
+        for (i, seen) in seen.iter().enumerate() {
+            let Some(seen) = seen else { continue };
+            for (vectors, corner) in self.corners.iter_mut().zip(&traced.corners(seen)) {
+                put(vectors, i, corner);
+            }
+            (self.t[i], self.u[i], self.v[i]) = (seen.hit.t, seen.hit.u, seen.hit.v);
+        }
+    }
+}
+
+/// Positions, and with normals what is computed from them.
+struct Find<'a> {
+    points: &'a mut Points,
+    rays: &'a [Ray; PACKET],
+    precision: Precision,
+    has_normals: bool,
+}
+
+impl Kernel for Find<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self { points, rays, precision, has_normals } = self;
+        let Points { hits, view, position, ground, normal: shaded, lifted, .. } = points;
+        for (i, ray) in rays.iter().enumerate() {
+            put(view, i, &ray.direction);
+        }
+        let (mut ab, mut ac) = (ZEROS, ZEROS);
+        let [a, b, c] = &hits.corners;
+        for axis in 0..3 {
+            write(&mut ab[axis], |i| b[axis][i] - a[axis][i]);
+            write(&mut ac[axis], |i| c[axis][i] - a[axis][i]);
+        }
+        let error = match precision {
+            Precision::Watertight | Precision::Exact => along(rays, &hits.t, view, position),
+            Precision::Fast => within(hits, &ab, &ac, position),
+        };
+        if !has_normals {
+            return;
+        }
+        cross_each(&ab, &ac, ground);
+        normalise_or(ground, |_, i| normal(&at(&ab, i), &at(&ac, i)));
+        let away = dots(ground, view);
+        for axis in 0..3 {
+            let (ground, position) = (&mut ground[axis], &position[axis]);
+            for (x, away) in ground.iter_mut().zip(&away) {
+                *x = if *away > 0.0 { -*x } else { *x };
+            }
+            write(&mut lifted[axis], |i| position[i] + 2.0 * error[i] * ground[i]);
+            shaded[axis] = *ground;
+        }
+    }
+}
+
+/// Where rays are at their hits, and how far that can be from the triangle.
+#[inline(always)]
+fn along(rays: &[Ray; PACKET], t: &Numbers, view: &Vectors, position: &mut Vectors) -> Numbers {
+    // The hit is right to 2^-40 of t, the roundings of origin + t · direction are far below that of the larger of both.
+    let mut largest = *t;
+    for axis in 0..3 {
+        let origin = each(|i| rays[i].origin[axis]);
+        for (largest, x) in largest.iter_mut().zip(&origin) {
+            *largest = largest.max(x.abs());
+        }
+        write(&mut position[axis], |i| origin[i] + t[i] * view[axis][i]);
+    }
+    each(|i| 2.0 * largest[i] / (1u64 << 40) as f64)
+}
+
+/// The points of triangles that the weights of hits name, and how far rays of single precision may see them elsewhere.
+#[inline(always)]
+fn within(hits: &Hits, ab: &Vectors, ac: &Vectors, position: &mut Vectors) -> Numbers {
+    // The weights, however wrong, leave the point in the triangle's plane; a ray that starts there is rounded by half a
+    // unit in the last place of a coordinate, and finds the plane with a few such errors.
+    let Hits { corners, u, v, .. } = hits;
+    let mut largest = [0.0f64; PACKET];
+    for axis in 0..3 {
+        for corner in corners {
+            for (largest, x) in largest.iter_mut().zip(&corner[axis]) {
+                *largest = largest.max(x.abs());
+            }
+        }
+        write(&mut position[axis], |i| corners[0][axis][i] + u[i] * ab[axis][i] + v[i] * ac[axis][i]);
+    }
+    each(|i| 8.0 * f64::from(f32::EPSILON) * largest[i])
 }
 
 /// The normal between those of the corners, on the side of the triangle's own; that one where there are none.
 fn smooth<T: Traced>(scene: &Visible<T>, seen: &Seen, ground: &Vector) -> Vector {
     let look = scene.appearance.meshes.get(scene.traced.tree_of(seen.instance));
     let Some(normals) = look.and_then(|look| look.corner_normals) else { return *ground };
-    let hit = &seen.hit;
-    let [a, b, c] = normals[hit.triangle as usize].map(|normal| normal.map(f64::from));
-    let between = std::array::from_fn(|i| (1.0 - hit.u - hit.v) * a[i] + hit.u * b[i] + hit.v * c[i]);
+    let (u, v) = (seen.hit.u, seen.hit.v);
+    let [a, b, c] = normals[seen.hit.triangle as usize].map(|normal| normal.map(f64::from));
+    let between = std::array::from_fn(|i| (1.0 - u - v) * a[i] + u * b[i] + v * c[i]);
     let normal = normalise(&scene.traced.normal_in_world(seen.instance, &between));
     let side = dot(&normal, ground);
     if side > 0.0 {
@@ -96,21 +226,4 @@ fn smooth<T: Traced>(scene: &Visible<T>, seen: &Seen, ground: &Vector) -> Vector
     } else {
         *ground
     }
-}
-
-/// Where a ray is at a hit, and how far that can be from the triangle.
-fn along(ray: &Ray, hit: &Hit) -> (Vector, f64) {
-    // The hit is right to 2^-40 of t, the roundings of origin + t · direction are far below that of the larger of both.
-    let largest = ray.origin.iter().fold(hit.t, |largest, x| largest.max(x.abs()));
-    (add_scaled(&ray.origin, hit.t, &ray.direction), 2.0 * largest / (1u64 << 40) as f64)
-}
-
-/// The point of a triangle that the weights of a hit name, and how far rays of single precision may see it elsewhere.
-fn within(corners: &Corners, hit: &Hit) -> (Vector, f64) {
-    let [a, b, c] = corners;
-    let position = add_scaled(&add_scaled(a, hit.u, &subtract(b, a)), hit.v, &subtract(c, a));
-    // The weights, however wrong, leave the point in the triangle's plane; a ray that starts there is rounded by half a
-    // unit in the last place of a coordinate, and finds the plane with a few such errors.
-    let largest = corners.as_flattened().iter().fold(0.0f64, |largest, x| largest.max(x.abs()));
-    (position, 8.0 * f64::from(f32::EPSILON) * largest)
 }

@@ -3,16 +3,17 @@
 use rayon::prelude::*;
 
 use super::passes::TilePasses;
-use super::sampling::{Sampler, sample_offset};
-use super::shade::Lighting;
-use super::surface::Found;
+use super::sampling::sample_offset;
+use super::shade::{Lighting, Shader};
+use super::surface::Points;
+use super::vectors::{Numbers, Vectors, at, each};
 use super::visible::Visible;
 use super::{Appearance, Camera, Passes, Seen, Traced, Wanted};
 use crate::control::{Cancelled, Control};
 use crate::error::Error;
 use crate::geometry::Ray;
 use crate::memory;
-use crate::simd::FloatEnvironment;
+use crate::simd::{FloatEnvironment, Kernel, Lanes, dispatch_common_to, instruction_sets};
 use crate::traverse::{Counts, PACKET};
 
 /// Side of a tile in pixels: some milliseconds of work a sample.
@@ -73,18 +74,42 @@ pub fn render<T: Traced>(
     control.start(corners.len());
     let tiles = passes.tiles(TILE as usize);
     let scene = Visible::new(traced, appearance);
-    corners.into_par_iter().zip(tiles).try_for_each_init(T::Stack::default, |stack, ((x, y), pixels)| {
-        let _standard = FloatEnvironment::standard();
-        control.advance(1)?;
-        let tile = Tile {
-            x: whole.x + x,
-            y: whole.y + y,
-            width: TILE.min(whole.width - x),
-            height: TILE.min(whole.height - y),
-        };
-        TileRender { scene: &scene, camera, options, tile, control }.trace(pixels, stack)
-    })?;
+    corners.into_par_iter().zip(tiles).try_for_each_init(
+        || Work::<T>::new(options.seed),
+        |work, ((x, y), pixels)| {
+            let _standard = FloatEnvironment::standard();
+            control.advance(1)?;
+            let tile = Tile {
+                x: whole.x + x,
+                y: whole.y + y,
+                width: TILE.min(whole.width - x),
+                height: TILE.min(whole.height - y),
+            };
+            TileRender { scene: &scene, camera, options, tile, control }.trace(pixels, work)
+        },
+    )?;
     Ok(passes)
+}
+
+/// What a thread traces and shades its blocks with.
+struct Work<T: Traced> {
+    stack: T::Stack,
+    rays: [Ray; PACKET],
+    seen: [Option<Seen>; PACKET],
+    points: Points,
+    shader: Shader,
+}
+
+impl<T: Traced> Work<T> {
+    fn new(seed: u64) -> Self {
+        Self {
+            stack: T::Stack::default(),
+            rays: [Ray::new([0.0; 3], [0.0; 3]); PACKET],
+            seen: [None; PACKET],
+            points: Points::new(seed),
+            shader: Shader::new(),
+        }
+    }
 }
 
 /// One tile.
@@ -97,13 +122,13 @@ struct TileRender<'a, T> {
 }
 
 impl<T: Traced> TileRender<'_, T> {
-    fn trace(&self, mut pixels: TilePasses, stack: &mut T::Stack) -> Result<(), Cancelled> {
+    fn trace(&self, mut pixels: TilePasses, work: &mut Work<T>) -> Result<(), Cancelled> {
         let (width, height) = (self.tile.width as usize, self.tile.height as usize);
         for y in (0..height).step_by(BLOCK) {
             for x in (0..width).step_by(BLOCK) {
                 // With many samples a tile takes long.
                 self.control.check()?;
-                self.trace_block(&Block::new(x, y, width, height), &mut pixels, stack);
+                self.trace_block(&Block::new(x, y, width, height), &mut pixels, work);
             }
         }
         Ok(())
@@ -137,81 +162,62 @@ impl Block {
 }
 
 impl<T: Traced> TileRender<'_, T> {
-    fn trace_block(&self, block: &Block, pixels: &mut TilePasses, stack: &mut T::Stack) {
+    fn trace_block(&self, block: &Block, pixels: &mut TilePasses, work: &mut Work<T>) {
         let Self { scene, camera, options, tile, .. } = self;
-        let mut sums = [[0.0; 4]; PACKET];
-        let mut rays = [Ray::new([0.0; 3], [0.0; 3]); PACKET];
-        let mut seen = [None; PACKET];
-        let mut found = Found::new();
         let samples = if options.wanted.combined { options.samples } else { 1 };
         let has_normals = options.wanted.combined || options.wanted.normal;
         let len = block.len;
+        for (pixel, [x, y]) in work.points.pixels.iter_mut().zip(block.places()) {
+            *pixel = [tile.x + *x as u32, tile.y + *y as u32];
+        }
+        work.seen[len..].fill(None);
+        let mut sums = [[0.0; PACKET]; 4];
         for sample in options.first_sample..options.first_sample + samples {
-            let offset = sample_offset(sample, options.seed);
-            let pixel = |[x, y]: [usize; 2]| [tile.x + x as u32, tile.y + y as u32];
-            for (ray, &place) in rays.iter_mut().zip(block.places()) {
-                let [x, y] = pixel(place);
-                *ray = camera.ray(x, y, offset);
-            }
+            let Work { stack, rays, seen, points, .. } = work;
+            camera.rays(&points.pixels[..len], sample_offset(sample, options.seed), &mut rays[..len]);
             scene.closest(&rays[..len], stack, &mut seen[..len]);
-            found.clear();
-            for (i, (ray, seen)) in rays.iter().zip(&seen).enumerate().take(len) {
-                match seen {
-                    Some(seen) => {
-                        let sampler = Sampler::new(options.seed, pixel(block.places[i]), sample);
-                        found.push(i, scene, ray, seen, has_normals, sampler);
-                    }
-                    None => add(&mut sums[i], &options.background),
-                }
-            }
+            points.sample = sample;
+            points.find(scene, rays, seen, has_normals);
             if sample == options.first_sample {
-                self.show_first(block, &rays, &seen, &found, pixels, stack);
+                self.show_first(block, work, pixels);
             }
             if options.wanted.combined {
-                let radiance = options.lighting.shade(scene, found.points(), stack);
-                for ((&i, is_holdout), [red, green, blue]) in found.pixels().iter().zip(found.holdouts()).zip(radiance)
-                {
-                    if !is_holdout {
-                        add(&mut sums[i], &[red, green, blue, 1.0]);
-                    }
-                }
+                let Work { stack, points, shader, .. } = work;
+                shader.shade(&options.lighting, scene, points, stack);
+                let background = &options.background;
+                let shown = Add { points, radiance: &shader.radiance, background, sums: &mut sums };
+                dispatch_common_to(instruction_sets()[0], shown);
             }
         }
-        for (&place, sum) in block.places().iter().zip(&sums) {
-            pixels.combined.set(place, sum.map(|x| (x / f64::from(samples)) as f32));
+        for (i, &place) in block.places().iter().enumerate() {
+            pixels.combined.set(place, [0, 1, 2, 3].map(|channel| (sums[channel][i] / f64::from(samples)) as f32));
         }
     }
 
     /// What only the first rays tell.
-    fn show_first(
-        &self,
-        block: &Block,
-        rays: &[Ray; PACKET],
-        seen: &[Option<Seen>; PACKET],
-        found: &Found,
-        pixels: &mut TilePasses,
-        stack: &mut T::Stack,
-    ) {
+    fn show_first(&self, block: &Block, work: &mut Work<T>, pixels: &mut TilePasses) {
+        let Work { stack, rays, seen, points, .. } = work;
         let places = block.places();
         if pixels.depth.are_wanted() || pixels.normal.are_wanted() || pixels.position.are_wanted() {
             for &place in places {
                 pixels.depth.set(place, f32::INFINITY);
             }
-            for (&i, point) in found.pixels().iter().zip(found.points()) {
-                pixels.depth.set(places[i], self.camera.depth(&point.position) as f32);
-                pixels.normal.set(places[i], point.normal.map(|x| x as f32));
-                pixels.position.set(places[i], point.position.map(|x| x as f32));
+            for i in points.places() {
+                let position = at(&points.position, i);
+                pixels.depth.set(places[i], self.camera.depth(&position) as f32);
+                pixels.normal.set(places[i], at(&points.normal, i).map(|x| x as f32));
+                pixels.position.set(places[i], position.map(|x| x as f32));
             }
         }
         if pixels.triangle.are_wanted() || pixels.instance.are_wanted() {
             let appearance = self.scene.appearance;
-            for (&place, seen) in places.iter().zip(seen) {
+            for (&place, seen) in places.iter().zip(&*seen) {
                 pixels.triangle.set(place, seen.map_or(-1, |seen| seen.hit.triangle as i32));
                 pixels.instance.set(place, seen.map_or(-1, |seen| appearance.object_of(&seen) as i32));
             }
         }
         if pixels.object_index.are_wanted() || pixels.material_index.are_wanted() {
-            for (&place, seen) in places.iter().zip(seen) {
+            for (&place, seen) in places.iter().zip(&*seen) {
                 if let Some(seen) = seen {
                     let object = self.scene.appearance.object(seen);
                     let surface = self.scene.appearance.surface(self.scene.traced, seen, &object);
@@ -230,8 +236,27 @@ impl<T: Traced> TileRender<'_, T> {
     }
 }
 
-fn add(sum: &mut [f64; 4], colour: &[f64; 4]) {
-    for (sum, value) in sum.iter_mut().zip(colour) {
-        *sum += value;
+/// Add what a sample shows: what comes from the points, nothing of a holdout, or what is behind all.
+struct Add<'a> {
+    points: &'a Points,
+    radiance: &'a Vectors,
+    background: &'a [f64; 4],
+    sums: &'a mut [Numbers; 4],
+}
+
+impl Kernel for Add<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self { points, radiance, background, sums } = self;
+        let missed = each(|i| if points.are_there[i] { 0.0 } else { 1.0 });
+        let empty = each(|i| if points.are_holdouts[i] { 1.0 } else { missed[i] });
+        for (channel, sums) in sums.iter_mut().enumerate() {
+            for (i, sum) in sums.iter_mut().enumerate() {
+                let shown = if channel == 3 { 1.0 } else { radiance[channel][i] };
+                let behind = if missed[i] > 0.0 { background[channel] } else { 0.0 };
+                *sum += if empty[i] > 0.0 { behind } else { shown };
+            }
+        }
     }
 }

@@ -33,6 +33,12 @@ pub trait Traced: Sync {
     /// What the nearest hit of each ray costs alone.
     fn cost(&self, rays: &[Ray], stack: &mut Self::Stack, counts: &mut [Counts]);
 
+    /// Tell the processor that `prefetch_corners` comes next.
+    fn prefetch_row(&self, seen: &Seen);
+
+    /// Tell the processor that `corners` comes soon.
+    fn prefetch_corners(&self, seen: &Seen);
+
     /// The corners of what is hit, in the world.
     fn corners(&self, seen: &Seen) -> Corners;
 
@@ -75,6 +81,14 @@ impl Traced for Tracer<'_> {
 
     fn cost(&self, rays: &[Ray], stack: &mut Stack, counts: &mut [Counts]) {
         Tracer::cost(self, rays, stack, counts);
+    }
+
+    fn prefetch_row(&self, seen: &Seen) {
+        self.triangles.prefetch_row(seen.hit.triangle);
+    }
+
+    fn prefetch_corners(&self, seen: &Seen) {
+        self.triangles.prefetch_corners(seen.hit.triangle);
     }
 
     fn corners(&self, seen: &Seen) -> Corners {
