@@ -13,7 +13,7 @@ from .camera import camera_view
 from .export import contents
 from .modal_work import ModalWork
 from .properties import settings_of
-from .trees import TREES, OfBuiltTree, sources
+from .trees import NO_TREE, TREES, OfBuiltTree, sources
 from .worker import Worker
 
 LOOK = (320, 240)
@@ -85,5 +85,5 @@ def built_tree(context: bpy.types.Context) -> Any:
     """The tree of the scene. Raises UserError where none was built."""
     tree = TREES.of(context.scene).main
     if tree is None:
-        raise UserError("no tree is built; press Build, or call bpy.ops.bih.build()")
+        raise UserError(NO_TREE)
     return tree

@@ -3,24 +3,31 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import product
 from typing import Any
 
 import bpy
+import numpy as np
 
+from ..pipeline.camera import distance_to_see
 from ..pipeline.errors import UserError
 from ..pipeline.settings import GOES_WITH, Settings
 from .build import built_tree, redraw
 from .modal_work import ModalWork
 from .properties import settings_of
-from .trees import TREES, OfBuiltTree
+from .trees import TREES, OfBuiltTree, SceneTrees
 from .worker import Worker
+
+ROOM = 0.9
+"""The share of what is seen that both structures fill."""
 
 
 class BIH_OT_compare(OfBuiltTree, ModalWork, bpy.types.Operator):
     bl_idname = "bih.compare"
     bl_label = "Compare"
     bl_description = (
-        "Build Other Structure over the same mesh, and show both side by side: the time and memory of another build"
+        "Build Other Structure over the same mesh, and show both side by side, from so far away that both are seen: "
+        "the time and memory of another build"
     )
 
     _made: Any = None
@@ -34,7 +41,10 @@ class BIH_OT_compare(OfBuiltTree, ModalWork, bpy.types.Operator):
 
     def finished(self, context: bpy.types.Context, result: Any) -> str:
         first, second = unchanged(context, self._made).tree.stats, result.tree.stats
-        TREES.of(context.scene).other = result
+        trees = TREES.of(context.scene)
+        trees.other = result
+        context.scene.bih_overlay.is_shown = True
+        see_both(context, trees)
         redraw(context)
         return (
             f"BIH: {first.structure} {first.build_seconds:.3f} s, {first.tree_bytes:,} bytes; "
@@ -47,7 +57,8 @@ class BIH_OT_cost_map(OfBuiltTree, ModalWork, bpy.types.Operator):
     bl_label = "Cost from View"
     bl_description = (
         "Trace a ray from this view to each vertex, and colour the mesh by the nodes that it visits and the triangles "
-        "that it tests. Takes about a second of time for a million vertices, 4 bytes of memory each"
+        "that it tests; Show brings the tree back. Takes about a second of time for a million vertices, 4 bytes of "
+        "memory each"
     )
 
     _made: Any = None
@@ -63,7 +74,8 @@ class BIH_OT_cost_map(OfBuiltTree, ModalWork, bpy.types.Operator):
         unchanged(context, self._made)
         TREES.of(context.scene).cost = result
         TREES.of(context.scene).read_again()
-        context.scene.bih_overlay.cost = True
+        chosen = context.scene.bih_overlay
+        chosen.is_shown, chosen.cost, chosen.shown = True, True, "nothing"
         redraw(context)
         return f"BIH: from {result.least:,} to {result.most:,} nodes and triangles for a ray"
 
@@ -84,10 +96,37 @@ def other_settings(settings: Settings, structure: str) -> Settings:
     return replace(settings, structure=structure, **own, leaf_size=None, parts={})
 
 
+def see_both(context: bpy.types.Context, trees: SceneTrees) -> None:
+    """The view from so far away that both structures are in it, beside the sidebar; one through a camera stays as it
+    is."""
+    from .overlay_layers import beside
+
+    view = view_of(context)
+    if view is None or view.view_perspective == "CAMERA":
+        return
+    assert trees.main is not None
+    lower, upper = trees.main.tree.bounds.astype(np.float64)
+    upper += beside(trees)
+    centre = 0.5 * (lower + upper)
+    turn = np.array(view.view_rotation.to_matrix(), np.float64)
+    corners = (np.array(list(product(*zip(lower, upper, strict=True)))) - centre) @ turn
+    sidebar = next((part.width for part in context.area.regions if part.type == "UI"), 0)
+    free = max(0.2, 1.0 - 2.0 * sidebar / context.region.width)
+    scale = 1.0 if view.is_perspective else view.view_distance
+    slopes = (ROOM * free / (scale * view.window_matrix[0][0]), ROOM / (scale * view.window_matrix[1][1]))
+    view.view_location = centre
+    view.view_distance = distance_to_see(corners, slopes, perspective=view.is_perspective)
+
+
+def view_of(context: bpy.types.Context) -> bpy.types.RegionView3D | None:
+    """That of the 3D viewport that an operator was called from, if it was one."""
+    return context.region_data if context.area is not None and context.area.type == "VIEW_3D" else None
+
+
 def eye_of(context: bpy.types.Context) -> tuple[Any, Any]:
     """Where the view is from, and, of an orthographic one, where it looks; that of the scene's camera where there is no
     3D viewport. Raises UserError where there is neither."""
-    view = context.region_data if context.area is not None and context.area.type == "VIEW_3D" else None
+    view = view_of(context)
     if view is None:
         camera = context.scene.camera
         if camera is None:

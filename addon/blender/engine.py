@@ -51,7 +51,7 @@ class BihPreviewEngine(bpy.types.RenderEngine):
     def _render(self, depsgraph: bpy.types.Depsgraph) -> None:
         from bihtree import Cancelled
 
-        from ..pipeline.preview import summary
+        from ..pipeline.preview import sentences
         from .final_render import Kept, render
 
         kept = Kept()
@@ -61,7 +61,7 @@ class BihPreviewEngine(bpy.types.RenderEngine):
             report = render(self, depsgraph, kept)
         except Cancelled:
             return
-        BihPreviewEngine.last_summary = tuple(summary(report))
+        BihPreviewEngine.last_summary = tuple(sentences(report))
         BihPreviewEngine.last_needs = tuple(report["needs"])
 
     def view_update(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:

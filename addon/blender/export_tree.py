@@ -11,10 +11,11 @@ from bpy.props import StringProperty
 
 from .build import built_tree
 from .modal_work import FileWork
+from .trees import OfBuiltTree
 from .worker import Worker
 
 
-class BIH_OT_export_tree(FileWork, bpy.types.Operator):
+class BIH_OT_export_tree(OfBuiltTree, FileWork, bpy.types.Operator):
     bl_idname = "bih.export_tree"
     bl_label = "Export Tree"
     bl_description = (

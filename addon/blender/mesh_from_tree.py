@@ -24,7 +24,7 @@ class BIH_OT_mesh_from_tree(OfBuiltTree, bpy.types.Operator):
     bl_label = "Make Mesh from Tree"
     bl_description = (
         "Make real geometry of the built tree's boxes or clip planes, a mesh for each kind and depth, in a new "
-        "collection. Takes time and the scene's memory for each box; undo takes it away"
+        "collection, instead of the overlay. Takes time and the scene's memory for each box; undo takes it away"
     )
     bl_options = {"REGISTER", "UNDO"}
 
@@ -58,6 +58,7 @@ class BIH_OT_mesh_from_tree(OfBuiltTree, bpy.types.Operator):
         except UserError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
+        context.scene.bih_overlay.is_shown = False  # it would flicker through the same places
         self.report({"INFO"}, f"BIH: {len(made.objects)} meshes in collection {made.name!r}")
         return {"FINISHED"}
 

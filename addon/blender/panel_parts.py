@@ -190,12 +190,13 @@ def draw_needs(layout: bpy.types.UILayout, parts: Sequence[Mapping[str, Any]], c
     """What the last render did without, as a table: part, kept or left out, why, what that saves."""
     if not parts:
         return
+    from ..pipeline import needs
+
     layout.label(text="What the scene needs")
     table = layout.box().column(align=True)
     for part in parts:
         table.label(text=str(part["part"]).capitalize(), icon="CHECKBOX_HLT" if part["kept"] else "CHECKBOX_DEHLT")
-        reason = str(part["why"])
-        draw_wrapped(table, f"{reason}; {part['saves']}" if part["saves"] else reason, context, icon="BLANK1")
+        draw_wrapped(table, needs.sentence(part), context, icon="BLANK1")
 
 
 def draw_wrapped(layout: bpy.types.UILayout, text: str, context: bpy.types.Context, *, icon: str = "NONE") -> None:

@@ -49,7 +49,7 @@ class RENDER_PT_bih_render(RenderPanel, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         summary = self.layout.column(align=True)
         for line in BihPreviewEngine.last_summary:
-            summary.label(text=" ".join(line.split()))
+            panel_parts.draw_wrapped(summary, line, context)
         panel_parts.draw_needs(self.layout, BihPreviewEngine.last_needs, context)
 
 

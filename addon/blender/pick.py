@@ -96,7 +96,8 @@ def pick(context: bpy.types.Context, origin: Any, direction: Any) -> str:
     trees.read_again()
     trees.path = path
     trees.selected = int(trees.path.visited[-1]) if len(trees.path.visited) else -1
-    context.scene.bih_overlay.shown = "ray"
+    chosen = context.scene.bih_overlay
+    chosen.is_shown, chosen.shown = True, "ray"
     redraw(context)
     what = f"hits triangle {trees.path.triangle:,}" if trees.path.is_hit else "hits nothing"
     visited = f"{path.nodes:,} records or nodes visited, {path.tests:,} triangles tested"

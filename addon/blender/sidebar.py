@@ -5,7 +5,7 @@ from __future__ import annotations
 import bpy
 
 from . import overlay_parts, panel_parts
-from .trees import OfBuiltTree
+from .trees import TREES
 
 
 class SidebarPanel:
@@ -42,8 +42,12 @@ class VIEW3D_PT_bih_overlay(SidebarPanel, bpy.types.Panel):
         overlay_parts.draw_overlay(self.layout, context)
 
 
-class VIEW3D_PT_bih_node(OfBuiltTree, SidebarPanel, bpy.types.Panel):
+class VIEW3D_PT_bih_node(SidebarPanel, bpy.types.Panel):
     bl_label = "Node"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return TREES.of(context.scene).main is not None
 
     def draw(self, context: bpy.types.Context) -> None:
         overlay_parts.draw_node(self.layout, context.scene)

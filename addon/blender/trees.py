@@ -77,12 +77,18 @@ def sources(context: bpy.types.Context) -> frozenset[int]:
     )
 
 
+NO_TREE = "no tree is built; press Build, or call bpy.ops.bih.build()"
+
+
 class OfBuiltTree:
-    """What operators and panels that are about a built tree have beside Blender's own."""
+    """What operators that are about a built tree have beside Blender's own: without one they are grey, and say why."""
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return TREES.of(context.scene).main is not None
+        is_built = TREES.of(context.scene).main is not None
+        if not is_built:
+            cls.poll_message_set(NO_TREE)  # type: ignore[attr-defined]
+        return is_built
 
 
 @bpy.app.handlers.persistent

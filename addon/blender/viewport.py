@@ -67,7 +67,9 @@ class Viewport:
             self._session.wait(PATIENCE)
         self._tell(engine)
         shown = self._session.shown
-        if shown is not None:
+        if shown is None:
+            self._drawn = self._texture = None
+        else:
             self._draw(shown, engine, scene)
         self._keep_looking(engine)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from time import perf_counter
@@ -124,15 +125,18 @@ def table(built: BuiltTree) -> list[tuple[str, str]]:
             ("Rays", f"{built.rays:,}"),
             ("Rays a second", f"{built.rays / built.trace_seconds:,.0f}"),
         ]
-    rows.append(("Triangles not built", f"{unbuilt_share(built):.0%}"))
+    rows.append(("Not yet built", f"{unbuilt_share(built):.0%}"))
     if stats.rejected:
         rows.append(("Without area", f"{stats.rejected:,}"))
     return rows
 
 
 def left_out(built: BuiltTree) -> list[tuple[str, str]]:
-    """What this mesh did without, and why."""
-    return [(name.capitalize(), why) for name, why in built.tree.stats.left_out.items()]
+    """What this mesh did without, and why; large numbers as they stand in the table."""
+    return [
+        (name.capitalize(), re.sub(r"\d{4,}", lambda number: f"{int(number[0]):,}", why))
+        for name, why in built.tree.stats.left_out.items()
+    ]
 
 
 def unbuilt_share(built: BuiltTree) -> float:

@@ -128,3 +128,14 @@ def framing_view(bounds: NDArray[np.floating[Any]], width: int, height: int) -> 
         near=distance - radius * 1.04,
         far=distance + radius * 1.04,
     )
+
+
+def distance_to_see(
+    corners: NDArray[np.floating[Any]], slopes: tuple[float, float], *, perspective: bool = True
+) -> float:
+    """How far from the origin an eye that looks at it sees all of corners (N, 3), which are in its own axes: x to the
+    right, y up, z towards it. `slopes` are half the width and the height of what it sees, at distance 1. In parallel
+    the picture is as large as that of a perspective eye is around the origin."""
+    x, y, z = np.abs(corners[:, 0]), np.abs(corners[:, 1]), corners[:, 2]
+    nearer = z if perspective else 0.0
+    return float(max((x / slopes[0] + nearer).max(), (y / slopes[1] + nearer).max()))

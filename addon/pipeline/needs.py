@@ -178,13 +178,14 @@ def report(parts: Iterable[Part], native: Mapping[str, str]) -> list[dict[str, o
 
 def lines(parts: Iterable[Mapping[str, Any]]) -> list[str]:
     """The table as text: part, kept or left out, why, what it saves."""
-    rows = [(str(part["part"]), "kept" if part["kept"] else "left out", _why(part)) for part in parts]
+    rows = [(str(part["part"]), "kept" if part["kept"] else "left out", sentence(part)) for part in parts]
     widths = [max((len(row[column]) for row in rows), default=0) for column in range(2)]
     return [f"{name:<{widths[0]}}  {what:<{widths[1]}}  {why}" for name, what, why in rows]
 
 
-def _why(part: Mapping[str, Any]) -> str:
-    return f"{part['why']}; {part['saves']}" if part["saves"] else str(part["why"])
+def sentence(part: Mapping[str, Any]) -> str:
+    """Why it is kept or left out, and what that saves."""
+    return f"{part['why']}; saves {part['saves']}" if part["saves"] else str(part["why"])
 
 
 def _decided(name: str, case: _Case, forced: bool | None) -> Part:
@@ -235,7 +236,7 @@ def _materials(scene: SceneData, passes: Sequence[str]) -> _Case:
 
 def _occlusion(scene: SceneData, settings: Settings, passes: Sequence[str], around: Mapping[str, Any]) -> _Case:
     assert scene.camera is not None
-    saves = f"up to {scene.camera.width * scene.camera.height * settings.samples:,} rays not traced"
+    saves = f"up to {scene.camera.width * scene.camera.height * settings.samples:,} rays"
     if "combined" not in passes:
         return _Case("", "no pass is shaded", saves)
     if not settings.ambient_occlusion:
@@ -255,12 +256,12 @@ def _shadows(scene: SceneData, settings: Settings, is_shaded: bool) -> _Case:
     assert scene.camera is not None
     rays = scene.camera.width * scene.camera.height * settings.samples
     if not is_shaded:
-        return _Case("", "no pass is shaded", f"up to {rays * max(1, len(scene.lights)):,} rays not traced")
+        return _Case("", "no pass is shaded", f"up to {rays * max(1, len(scene.lights)):,} rays")
     if not len(scene.lights):
         which = "the headlight was chosen" if settings.shading == "headlight" else "no light in the scene"
         why = f"{which}: the headlight shines from the camera, so nothing that it sees is in shadow"
-        return _Case("", why, f"up to {rays:,} rays not traced")
-    saved = f"up to {rays * len(scene.lights):,} rays not traced"
+        return _Case("", why, f"up to {rays:,} rays")
+    saved = f"up to {rays * len(scene.lights):,} rays"
     if not settings.shadows:
         return _Case("", "shadows are off", saved)
     if not _powers(scene.lights).any():
@@ -277,7 +278,7 @@ def _dark(scene: SceneData, settings: Settings, shadows: bool) -> _Case:
         return _Case("without any light the headlight would be brighter")
     dark = int(np.count_nonzero(~given))
     rays = scene.camera.width * scene.camera.height * settings.samples * dark
-    saves = f"up to {rays:,} shadow rays not traced" if shadows else "their cosines"
+    saves = f"up to {rays:,} shadow rays" if shadows else "their cosines"
     return _Case("", f"lights that give none: {dark}", saves)
 
 
@@ -305,7 +306,7 @@ def _objects(scene: SceneData, apart: NDArray[np.bool_], why_whole: str) -> _Cas
     triangles = sum(len(scene.meshes[m].triangles) for m in scene.instance_mesh[apart])
     count = int(np.count_nonzero(apart))
     what = f"{count:,} objects lie outside the picture, and where no shadow comes from"
-    return _Case("", what, f"{triangles:,} triangles not built into the tree")
+    return _Case("", what, f"{triangles:,} triangles of the tree")
 
 
 def _instances(scene: SceneData, settings: Settings, tree_shown: bool) -> _Case:

@@ -137,17 +137,34 @@ def write(
 
 
 def summary(report: Mapping[str, Any]) -> list[str]:
-    """The report in five lines for a person, and one more where triangles were rejected."""
-    lines = [
-        f"export {report['export_seconds']:9.3f} s   {report['vertices']:,} vertices",
-        f"build  {report['build_seconds']:9.3f} s   {report['triangles']:,} triangles",
-        f"trace  {report['trace_seconds']:9.3f} s   {report['width']:,} x {report['height']:,} pixels",
-        f"tree   {report['bytes_per_triangle']:9.1f} bytes a triangle",
-        f"rays   {report['rays_per_second']:9,.0f} camera rays a second",
+    """The report in five lines of a table for a person, and one more where triangles were rejected."""
+    rows = [f"{about:<6} {number:>9} {unit}" + (f"   {of}" if of else "") for about, number, unit, of in _rows(report)]
+    return rows + _rejected(report)
+
+
+def sentences(report: Mapping[str, Any]) -> list[str]:
+    """The same where columns have no room."""
+    rows = [
+        f"{about.capitalize()}: {number} {unit}" + (f", {of}" if of else "")
+        for about, number, unit, of in _rows(report)
     ]
-    if report["rejected"]:
-        lines.append(f"{report['rejected']:,} triangles have no area and are not in the picture")
-    return lines
+    return rows + _rejected(report)
+
+
+def _rows(report: Mapping[str, Any]) -> list[tuple[str, str, str, str]]:
+    """What it is about, a number, its unit, and how much there was of what."""
+    return [
+        ("export", f"{report['export_seconds']:.3f}", "s", f"{report['vertices']:,} vertices"),
+        ("build", f"{report['build_seconds']:.3f}", "s", f"{report['triangles']:,} triangles"),
+        ("trace", f"{report['trace_seconds']:.3f}", "s", f"{report['width']:,} x {report['height']:,} pixels"),
+        ("tree", f"{report['bytes_per_triangle']:.1f}", "bytes a triangle", ""),
+        ("rays", f"{report['rays_per_second']:,.0f}", "camera rays a second", ""),
+    ]
+
+
+def _rejected(report: Mapping[str, Any]) -> list[str]:
+    count = report["rejected"]
+    return [f"{count:,} triangles have no area and are not in the picture"] if count else []
 
 
 def _overlay(preview: Preview, scene: SceneData, settings: Settings) -> NDArray[np.uint8]:

@@ -95,7 +95,7 @@ class Session:
 
     @property
     def shown(self) -> Shown | None:
-        """The newest picture, of an earlier view perhaps."""
+        """The newest picture, of an earlier view perhaps; None where what was asked for last cannot be shown."""
         return self._state.shown
 
     @property
@@ -211,5 +211,5 @@ def _words(step: Step) -> str:
 
 def _tell(state: _State, problem: str) -> None:
     with state.changed:
-        state.problem, state.activity = problem, ""
+        state.shown, state.problem, state.activity = None, problem, ""
         state.changed.notify_all()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from types import SimpleNamespace
 
 import bihtree
 import bpy
@@ -49,8 +50,13 @@ def test_the_table_says_what_the_stats_say(ball):
     assert (rows["Nodes"], rows["Leaves"]) == (f"{stats.nodes:,}", f"{stats.leaves:,}")
     assert rows["Bytes a triangle"] == f"{stats.tree_bytes / 1280:.1f}"
     assert rows["Rays"] == "76,800"
-    assert rows["Triangles not built"] == "0%"
+    assert rows["Not yet built"] == "0%"
     assert [name for name, _ in built.left_out(made)] == [name.capitalize() for name in stats.left_out]
+
+
+def test_large_numbers_are_grouped_as_in_the_table():
+    made = SimpleNamespace(tree=SimpleNamespace(stats=SimpleNamespace(left_out={"nodes": "76455 of 812 halvings"})))
+    assert built.left_out(made) == [("Nodes", "76,455 of 812 halvings")]
 
 
 def test_on_demand_only_what_the_camera_sees_is_built(ball):

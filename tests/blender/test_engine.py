@@ -200,7 +200,7 @@ def test_the_panel_shows_what_the_scene_needed():
     draw_needs(layout, [part, {"part": "tree", "kept": True, "why": "9 triangles", "saves": ""}], wide)
     assert layout.shown[1:] == [
         ("Shadow rays", "CHECKBOX_DEHLT"),
-        ("no light; 9 rays", "BLANK1"),
+        ("no light; saves 9 rays", "BLANK1"),
         ("Tree", "CHECKBOX_HLT"),
         ("9 triangles", "BLANK1"),
     ]

@@ -109,6 +109,32 @@ def test_from_node_to_node(ball):
     assert not bpy.ops.bih.select_node.poll()
 
 
+@pytest.mark.parametrize("name", ["free", "pick_ray", "cost_map", "compare", "mesh_from_tree", "export_tree"])
+def test_what_needs_a_tree_is_grey_without_one(ball, name):
+    operator = getattr(bpy.ops.bih, name)
+    assert operator.poll()
+    bpy.ops.bih.free()
+    assert not operator.poll()
+    with pytest.raises(RuntimeError, match="no tree is built; press Build"):
+        operator()
+
+
+def test_what_was_asked_for_is_seen(ball):
+    """Though the overlay was off, or planes would tint the colours of the costs."""
+    chosen = ball.bih_overlay
+    chosen.is_shown, chosen.cost = False, False
+    bpy.ops.bih.pick_ray(origin=(0.1, 0.2, 5.0), direction=(0.0, 0.0, -1.0))
+    assert (chosen.is_shown, chosen.shown) == (True, "ray")
+    chosen.is_shown = False
+    bpy.ops.bih.cost_map()
+    assert (chosen.is_shown, chosen.shown, chosen.cost) == (True, "nothing", True)
+    chosen.is_shown = False
+    bpy.ops.bih.compare()
+    assert chosen.is_shown
+    bpy.ops.bih.mesh_from_tree()
+    assert not chosen.is_shown, "the mesh lies at the same places"
+
+
 def test_construction_is_played_to_its_end(ball):
     ball.bih_overlay.last_depth = 0
     bpy.ops.bih.play_construction()

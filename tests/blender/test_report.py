@@ -22,7 +22,7 @@ from addon.report.error.options import Options
 from addon.report.error.rays import Rays
 from addon.report.error.subject import Subject
 from addon.report.error.truth import Truth
-from tests.blender.commands import COMMAND, ROOT, run
+from tests.blender.commands import COMMAND, ROOT, environment, run
 from tests.blender.scenes import add_camera, add_mesh
 from tests.meshes import icosphere
 from tests.rays import around
@@ -77,7 +77,7 @@ def test_errors_are_one_line(scene, tmp_path, mesh):
 def test_ctrl_c_keeps_what_is_measured(tmp_path, mesh):
     command = [*COMMAND, "report", "--mesh", mesh, "--rays", 400, "--rounds", 500, "--output", tmp_path / "out"]
     process = subprocess.Popen(
-        [*map(str, command)], cwd=ROOT, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        [*map(str, command)], cwd=ROOT, env=environment(), stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True
     )
     for line in process.stderr:
         if "round 2" in line:

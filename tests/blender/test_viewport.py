@@ -30,7 +30,7 @@ MARGIN = (100, 80)
 """Pixels left out at each side, and at the top and bottom: Blender's buttons lie over the picture there."""
 
 STEPS = (
-    *("solid", "rendered", "orbited", "moved", "border", "large pixels", "camera border"),
+    *("solid", "rendered", "orbited", "moved", "border", "large pixels", "camera border", "all deleted"),
     *("solid again", "rendered again"),
 )
 BORDER = np.array([(0.3, 0.35), (0.52, 0.58)])
@@ -142,6 +142,13 @@ def test_each_step_changes_the_picture(session, name, other):
     a, b = (OpenImageIO.ImageBuf(np.ascontiguousarray(middle(session, step))) for step in (name, other))
     compared = OpenImageIO.ImageBufAlgo.compare(a, b, 0.1, 0.05)
     assert compared.nfail > 2000
+
+
+def test_what_is_deleted_is_not_seen(session):
+    """Nor is anything else, where no mesh is left: Blender's own greys, within the camera's frame and around it."""
+    shares = [np.bincount(middle(session, name)[..., 0].ravel()) for name in ("camera border", "all deleted")]
+    before, after = (np.sort(counts)[-2:].sum() / counts.sum() for counts in shares)
+    assert after > 0.99 > 0.95 > before
 
 
 def test_after_all_that_the_picture_is_the_first_one(session):

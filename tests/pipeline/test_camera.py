@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from addon.pipeline.camera import CameraView, framing_view, perspective_view
+from addon.pipeline.camera import CameraView, distance_to_see, framing_view, perspective_view
 from addon.pipeline.errors import UserError
 
 SIZES = [(640, 480), (480, 640), (300, 300), (1920, 17), (1, 1)]
@@ -113,3 +113,14 @@ def test_a_picture_of_no_pixels_or_too_many_is_wrong_usage(size: tuple[int, int]
         with pytest.raises(UserError, match=f"{size[0]} x {size[1]}") as caught:
             make()
         assert caught.value.exit_status == 2
+
+
+@pytest.mark.parametrize("perspective", [True, False])
+def test_from_the_distance_to_see_corners_touch_the_edge(perspective: bool) -> None:
+    corners = np.array([[x, y, z] for x in (-3.0, 3.0) for y in (-1.0, 1.0) for z in (-2.0, 2.0)])
+    slopes = (0.75, 0.5)
+    distance = distance_to_see(corners, slopes, perspective=perspective)
+    away = (distance - corners[:, 2:]) if perspective else distance
+    places = np.abs(corners[:, :2]) / (away * np.array(slopes))
+    assert places.max() == pytest.approx(1.0) and (places <= 1.0 + 1e-12).all()
+    assert distance == pytest.approx(6.0 if perspective else 4.0)

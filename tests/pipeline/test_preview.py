@@ -1,6 +1,7 @@
 """The main job on scenes whose picture is known, its files, and all the ways in which it must end cleanly."""
 
 import json
+import re
 import resource
 import subprocess
 import sys
@@ -176,7 +177,11 @@ def test_the_report_is_plain_json_and_adds_up() -> None:
 
 
 def test_the_summary_has_a_line_for_each_number() -> None:
-    lines = preview.summary(preview.trace(one_box(), Settings()).report)
+    report = preview.trace(one_box(), Settings()).report
+    lines = preview.summary(report)
+    assert [" ".join(line.split()).lower() for line in lines] == [
+        re.sub("[:,](?= )", "", line).lower() for line in preview.sentences(report)
+    ]
     assert [line.split()[0] for line in lines] == ["export", "build", "trace", "tree", "rays"]
 
 

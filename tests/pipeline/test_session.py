@@ -184,6 +184,14 @@ def test_a_problem_is_told_and_the_next_scene_is_shown(shown: Session):
     shown.show(SceneData.of_mesh(ball()), Settings(), view(), samples=1)
     assert shown.wait(PATIENCE, until_last=True)
     assert shown.problem == "" and shown.shown
+    shown.show(
+        SceneData(meshes=[], instance_mesh=np.zeros(0, np.int32), instance_matrix=np.zeros((0, 4, 4))),
+        Settings(),
+        view(),
+        samples=1,
+    )
+    assert shown.wait(PATIENCE, until_last=True)
+    assert "no mesh" in shown.problem and shown.shown is None, "what is deleted is not seen"
 
 
 def test_memory_that_is_not_there_is_told(shown: Session, monkeypatch: pytest.MonkeyPatch):

@@ -148,8 +148,8 @@ def steps() -> Iterator[None]:
     chosen.shown, chosen.first_depth, chosen.last_depth = "planes", 0, 5
     called("compare")
     yield from w.until(lambda: trees.other is not None)
-    view.view_distance, view.view_location = 9.0, (1.7, 0.0, -0.2)
     yield from snap("compare")
+    report["compare"] = list(view.view_location)
     called("free")
     view.view_distance, view.view_location = 5.2, (0.0, 0.0, 0.0)
 
