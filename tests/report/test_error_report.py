@@ -337,3 +337,15 @@ def test_zeros_stand_on_an_axis_of_their_own():
         heights = [float(y) for y in re.findall(r'<circle cx="[^"]*" cy="([^"]*)"', text)]
         labels = [float(y) for y in re.findall(r'<text x="[^"]*" y="([^"]*)" class="label"', text)]
         assert len(labels) == 2 and max(labels) < max(heights)
+
+
+def test_every_number_of_both_axes_is_drawn():
+    if reason := svg_plot.why_missing():
+        pytest.skip(reason)
+    plot = scatter("a", "A", ("x", "y"), [("one", 3.0, 0.0, True), ("two", 7e5, 2e4, False)])
+    text = svg_plot.svg(plot)
+    for which in ("x", "y"):
+        # Up to the next axis, or the curves.
+        axis_text = re.split(r'<g class="(?:axis|series)', text[text.index(f'<g class="axis {which}') + 1 :])[0]
+        drawn = re.findall(r"<text[^>]*>([^<]*)</text>", axis_text)
+        assert drawn == [label for _, label in plot.axis(which).labels]

@@ -9,6 +9,8 @@ from .plot import Plot
 
 SIZE = (760, 430)
 LABEL_SIZE = 11
+HEADROOM = 1.000001
+"""The plot ends so far above its axis: pygal draws no number that stands at the very top."""
 
 
 def why_missing() -> str:
@@ -53,7 +55,7 @@ def svg(plot: Plot) -> str:
         x_title=plot.x_title,
         y_title=plot.y_title,
         xrange=(x.low, x.high),
-        range=(y.low, y.high),
+        range=(y.low, y.high * HEADROOM),
         x_labels=_labels(plot.x_labels or x.labels),
         y_labels=_labels(y.labels),
         show_x_guides=True,
