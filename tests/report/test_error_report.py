@@ -20,7 +20,7 @@ from addon.pipeline.mesh import Mesh, bounds_of
 from addon.pipeline.scene import SceneData
 from addon.pipeline.settings import Settings
 from addon.report import error_arguments
-from addon.report.error import command, png_plot, report, svg_plot
+from addon.report.error import command, hits_page, html_page, page, png_plot, report, svg_plot
 from addon.report.error.comparison import compared, leaks, neighbours, ulp
 from addon.report.error.decided import MEANS, decided
 from addon.report.error.methods import EXACT, WATERTIGHT, Answers, Embree, Naive, Ours
@@ -152,17 +152,33 @@ def test_a_slow_method_is_given_fewer_rays():
     assert ours.wrong == 0 and slow.missed > 0
     assert ours.rays * ours.every == pytest.approx(1000, rel=0.3)
     for ray in found.hits.beside:
-        assert ray["worst_of"] == "slow"
+        assert ray["worst_of"] == ["slow"]
         assert ray["answers"]["slow"]["triangle"] == -1 and ray["truth"]["triangle"] >= 0
         assert ray["answers"]["slow"]["is_wrong"] and not ray["answers"][WATERTIGHT]["is_wrong"]
         assert ray["answers"][WATERTIGHT]["t"] == pytest.approx(ray["truth"]["t"])
     assert found.hits.beside
 
 
+def test_methods_that_are_worst_at_one_ray_are_all_named():
+    class Twin(Wrong):
+        name = "twin"
+
+    found = report.measured(subject_of(meshes.icosphere(1)), SMALL, [Wrong(), Twin(), Ours(WATERTIGHT)], silent)
+    assert found.hits.beside and all(ray["worst_of"] == ["wrong", "twin"] for ray in found.hits.beside)
+    assert "<th>worst of wrong, twin; " in page.text(found)
+
+
 def test_the_front_is_marked(results):
     ours, wrong = results.hits.row(WATERTIGHT), results.hits.row("wrong")
     assert "nodes" in ours.fronts or "bytes" in ours.fronts or "seconds" in ours.fronts
     assert "bytes" not in wrong.fronts and "nodes" not in wrong.fronts
+    marked = {
+        plot.name: {point.label for series in plot.series for point in series.points if point.is_marked}
+        for plot in hits_page.plots(results.hits)
+    }
+    assert all(marked.values())
+    # Nobody's t is nearer to the truth.
+    assert EXACT in marked["hits-precision"] and ("nodes" in ours.fronts) == (WATERTIGHT in marked["hits-nodes"])
 
 
 def test_fronts():
@@ -175,7 +191,7 @@ def test_every_number_is_in_the_files_and_the_page_needs_nothing_else(results, t
     written = report.write(results, tmp_path)
     assert written[-1] == tmp_path / "index.html"
     read = json.loads((tmp_path / "results.json").read_text())
-    assert read["schema"] == 1 and read["incomplete"] == ""
+    assert read["schema"] == 2 and read["incomplete"] == ""
     assert {"scene", "source", "triangles", "options", "machine", "notes", "hits", "seconds"} <= set(read)
     assert read["triangles"] == 320 and read["machine"]["processor"]
     row = next(row for row in read["hits"]["rows"] if row["name"] == WATERTIGHT)
@@ -189,12 +205,17 @@ def test_every_number_is_in_the_files_and_the_page_needs_nothing_else(results, t
     assert [line["value"] for line in lines if line["name"] == "wrong" and line["quantity"] == "missed"] == [
         str(results.hits.row("wrong").missed)
     ]
-    page = (tmp_path / "index.html").read_text()
-    assert page.count("<svg") == (0 if svg_plot.why_missing() else 4)
+    text = (tmp_path / "index.html").read_text()
+    assert text.count("<svg") == (0 if svg_plot.why_missing() else 4)
     assert len([path for path in written if path.suffix == ".png"]) == (0 if png_plot.why_missing() else 4)
-    assert not re.findall(r"<(?:script|link|iframe|object)", page)
-    assert not re.findall(r"""(?:src|href)\s*=\s*["'](?!data:|#)[^"']*|url\((?!data:|#)[^)]*|@import""", page)
-    assert "@media print" in page and "elsewhere: left out, it is not installed" in page
+    assert not re.findall(r"<(?:script|link|iframe|object)", text)
+    assert not re.findall(r"""(?:src|href)\s*=\s*["'](?!data:|#)[^"']*|url\((?!data:|#)[^)]*|@import""", text)
+    assert "@media print" in text and "elsewhere: left out, it is not installed" in text
+
+
+def test_a_number_stays_on_its_line():
+    assert html_page.table(["t"], [["9.3e-10"], ["a-1, e-mail"]]).count("<td>9.3e−10</td>") == 1
+    assert "a-1, e-mail" in html_page.table(["t"], [["a-1, e-mail"]])
 
 
 def test_what_stopped_half_way_is_kept(tmp_path):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import ceil
 from statistics import median
@@ -181,14 +181,19 @@ def _affordable(built: Built, kinds: Mapping[str, Kind], patience: float) -> int
 def mark_fronts(rows: Sequence[Row]) -> None:
     """By each cost: who has no other below it in both that cost and wrong answers."""
     for cost in COSTS:
-        points = {
-            row.name: (value, row.wrong_a_million)
-            for row in rows
-            if (value := cost_of(row, cost)) is not None and row.wrong_a_million is not None and row.every <= FEW
-        }
-        chosen = front(points)
+        chosen = front_of(rows, cost, lambda row: row.wrong_a_million)
         for row in rows:
             row.fronts = [*(name for name in row.fronts if name != cost), *([cost] if row.name in chosen else [])]
+
+
+def front_of(rows: Sequence[Row], cost: str, error: Callable[[Row], float | None]) -> set[str]:
+    """Names of methods that have no other below them in both; without those that were given few rays."""
+    points = {
+        row.name: (x, y)
+        for row in rows
+        if row.every <= FEW and (x := cost_of(row, cost)) is not None and (y := error(row)) is not None
+    }
+    return front(points)
 
 
 def cost_of(row: Row, cost: str) -> float | None:

@@ -8,7 +8,7 @@ from typing import Any
 from ..markdown import number
 from . import html_page as html
 from .decided import MEANS
-from .hits import COSTS, Hits, Row, cost_of
+from .hits import COSTS, Hits, Row, cost_of, front_of
 from .methods import EXACT, WATERTIGHT
 from .plot import Plot, scatter
 
@@ -27,7 +27,8 @@ def plots(hits: Hits) -> list[Plot]:
         )
         for cost, what in COSTS.items()
     ]
-    error = [(row.name, cost_of(row, "seconds"), row.t_error_999, False) for row in rows]
+    precise = front_of(rows, "seconds", lambda row: row.t_error_999)
+    error = [(row.name, cost_of(row, "seconds"), row.t_error_999, row.name in precise) for row in rows]
     titles = (COSTS["seconds"], "99.9 % error of t, ulp of float32")
     return [*found, scatter("hits-precision", "Error of t against seconds", titles, error)]
 
@@ -43,7 +44,8 @@ def section(hits: Hits) -> Iterator[str]:
         "it is wrong, and hardly seen in a picture. Aimed rays start inside the mesh (where it has an inside) "
         "and aim at its vertices and edges; one leaks where it passes through what it hits. Bounced rays start "
         f"1/10,000 of the scene's size off the surface. Medians of {hits.rounds} rounds in turn after one that warms "
-        "up, with ranges. Errors of t are those of right answers, in ulp of float32 at the true t."
+        "up, with ranges. Errors of t are those of right answers, in ulp of float32 at the true t. A large point is a "
+        "method that no other beats in both axes (the Pareto front)."
     )
     yield html.table(
         ["rays", "count", "that hit", "ties", "decided in whole numbers"],
@@ -135,15 +137,18 @@ def _worst(hits: Hits) -> Iterator[str]:
         return
     yield html.heading(3, "The worst rays")
     yield html.paragraph(
-        "Of each method that is ever wrong the ray where it is furthest off: triangle and t of the truth and of each "
-        "answer, the wrong ones in red. results.json has the rays, and more of them."
+        "Of each method that is ever wrong the ray where it is furthest off, or one of those: triangle and t of the "
+        "truth and of each answer, the wrong ones in red. results.json has the rays, and more of them."
     )
-    worst: dict[str, dict[str, Any]] = {}
-    for ray in hits.beside:
-        worst.setdefault(ray["worst_of"], ray)
-    rows = [["truth", *(_answer(ray["truth"]) for ray in worst.values())]]
-    rows += [[name, *(_answer(ray["answers"][name]) for ray in worst.values())] for name in hits.beside[0]["answers"]]
-    yield html.table(["answer of", *(f"{name}’s worst, {ray['kind']}" for name, ray in worst.items())], rows)
+    whose: dict[tuple[str, int], list[str]] = {}
+    for row in hits.rows:
+        if row.worst:
+            whose.setdefault((row.worst[0]["kind"], row.worst[0]["ray"]), []).append(row.name)
+    shown = {(ray["kind"], ray["ray"]): ray for ray in hits.beside}
+    worst = [shown[ray] for ray in whose]
+    rows = [["truth", *(_answer(ray["truth"]) for ray in worst)]]
+    rows += [[name, *(_answer(ray["answers"][name]) for ray in worst)] for name in hits.beside[0]["answers"]]
+    yield html.table(["answer of", *(f"worst of {', '.join(who)}; {kind}" for (kind, _), who in whose.items())], rows)
 
 
 def _answer(answer: dict[str, Any]) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from base64 import b64encode
 from collections.abc import Iterable, Sequence
 from html import escape
@@ -18,7 +19,7 @@ h3 { font-size: 1.05em } p { max-width: 48em }
 table { border-collapse: collapse; font-size: 12.5px; margin: 1em 0; font-variant-numeric: tabular-nums }
 th, td { padding: 2px 8px; text-align: right; border-bottom: 1px solid #ddd; vertical-align: top }
 th { border-bottom: 1px solid #555; vertical-align: bottom } th:first-child, td:first-child { text-align: left }
-.words td:nth-child(-n+3), .words th:nth-child(-n+3) { text-align: left }
+.words td:nth-child(-n+3), .words th:nth-child(-n+3) { text-align: left } .words td:nth-child(2) { white-space: nowrap }
 .range { color: #666; font-size: 11px; white-space: nowrap }
 .front { font-weight: bold } .bad { color: #b00 } .note { color: #555; font-size: 12.5px }
 .incomplete { border: 2px solid #b00; padding: .5em 1em; font-weight: bold }
@@ -61,7 +62,12 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[str]], words: str = "") 
 
 
 def _cell(text: str) -> str:
-    return text if isinstance(text, Html) else escape(text)
+    return text if isinstance(text, Html) else _whole(escape(text))
+
+
+def _whole(text: str) -> str:
+    """A number is not broken behind the hyphen of its exponent."""
+    return re.sub(r"(?<=\de)-(?=\d)", "−", text)
 
 
 def marked(text: str, kind: str) -> Html:

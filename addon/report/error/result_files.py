@@ -12,7 +12,7 @@ from typing import Any
 
 from .results import Results
 
-SCHEMA = 1
+SCHEMA = 2
 COLUMNS = ("section", "name", "quantity", "k", "value", "least", "most", "repeats")
 
 

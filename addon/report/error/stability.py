@@ -58,8 +58,8 @@ class Stability:
     """The section, filled step by step."""
 
     rows: list[Row] = field(default_factory=list)
-    breaks: dict[str, dict[str, int]] = field(default_factory=dict)
-    """By sweep and method the least k at which it breaks; without those that never do."""
+    breaks: dict[str, dict[str, tuple[int, ...]]] = field(default_factory=dict)
+    """By sweep and method the least k at which it breaks, to either side of 0; without those that never do."""
 
     def of(self, sweep: str, method: str) -> list[Row]:
         return [row for row in self.rows if (row.sweep, row.name) == (sweep, method)]
@@ -85,7 +85,7 @@ def measure(
         stability.rows += _step(sweep, k, present, rays, rounds)
         names = [method.name for method in present]
         found = {name: broken_at(stability.of(sweep.name, name)) for name in names}
-        stability.breaks[sweep.name] = {name: at for name, at in found.items() if at is not None}
+        stability.breaks[sweep.name] = {name: at for name, at in found.items() if at}
 
 
 def _step(sweep: Sweep, k: int, methods: Iterable[Method], rays: int, rounds: int) -> list[Row]:
@@ -126,10 +126,12 @@ def _step(sweep: Sweep, k: int, methods: Iterable[Method], rays: int, rounds: in
     return rows
 
 
-def broken_at(rows: Sequence[Row]) -> int | None:
-    """The least stiff k at which a method is broken; k = 0 is not stiff."""
+def broken_at(rows: Sequence[Row]) -> tuple[int, ...]:
+    """The least stiff k, below 0 and above it, at which a method is broken; k = 0 is not stiff."""
     ordered = sorted(rows, key=lambda row: abs(row.k))
     if not ordered:
-        return None
+        return ()
     bound = max(BREAKS * MILLION, TIMES * ordered[0].far_off_a_million)
-    return next((row.k for row in ordered[1:] if row.far_off_a_million > bound), None)
+    broken = [row.k for row in ordered[1:] if row.far_off_a_million > bound]
+    below, above = ([k for k in broken if k < 0], [k for k in broken if k > 0])
+    return (*below[:1], *above[:1])

@@ -37,9 +37,9 @@ def _curve(stability: Stability, sweep: str, curve: str) -> Plot:
     series = []
     ks = sorted({row.k for row in stability.rows if row.sweep == sweep})
     for place, name in enumerate(COMPARED):
-        breaks = stability.breaks.get(sweep, {}).get(name)
+        breaks = stability.breaks.get(sweep, {}).get(name, ())
         points = tuple(
-            Point(2.0**row.k, height, "", row.k == breaks)
+            Point(2.0**row.k, height, "", row.k in breaks)
             for row in sorted(stability.of(sweep, name), key=lambda row: row.k)
             if (height := value(row)) is not None
         )
@@ -66,7 +66,10 @@ def section(stability: Stability) -> Iterator[str]:
     yield html.heading(3, "Where each method breaks (k)")
     yield html.table(
         ["sweep", *names],
-        [[sweep, *(str(found.get(name, "–")) for name in names)] for sweep, found in stability.breaks.items()],
+        [
+            [sweep, *(", ".join(map(str, found.get(name, ()))) or "–" for name in names)]
+            for sweep, found in stability.breaks.items()
+        ],
     )
     drawn = {plot.name: plot for plot in plots(stability)}
     for sweep in stability.breaks:

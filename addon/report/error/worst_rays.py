@@ -36,10 +36,10 @@ def beside(
 ) -> list[dict[str, Any]]:
     """The worst rays of each method that has any, with what every method answers; `present` are
     methods, of how many rays they were given one, and their worst; those that were given a part are asked again."""
-    whose: dict[tuple[str, int], str] = {}
+    whose: dict[tuple[str, int], list[str]] = {}
     for method, _, worst in present:
         for ray in worst:
-            whose.setdefault((ray["kind"], ray["ray"]), method.name)
+            whose.setdefault((ray["kind"], ray["ray"]), []).append(method.name)
     if not whose:
         return []
     chosen = Rays(
@@ -48,7 +48,7 @@ def beside(
     )
     again = {method.name: method.build(mesh).trace(chosen) for method, every, _ in present if every > 1}
     table = []
-    for place, ((kind, row), name) in enumerate(whose.items()):
+    for place, ((kind, row), names) in enumerate(whose.items()):
         answers = {
             method.name: _answer(again[method.name], place)
             if method.name in again
@@ -61,8 +61,9 @@ def beside(
             answer["is_wrong"] = answer["triangle"] not in right
         table.append(
             {
-                "worst_of": name,
+                "worst_of": names,
                 "kind": kind,
+                "ray": row,
                 "origin": chosen.origins[place].tolist(),
                 "direction": chosen.directions[place].tolist(),
                 "truth": _answer(Answers(truth.triangle, truth.t), row),
