@@ -17,7 +17,7 @@ def report_worker(subject: Subject, options: Options, folder: Path) -> Worker[Pa
     """Measures and writes; the result is the page. Where it is cancelled, what is measured by then is written."""
 
     def work(told: Told) -> Path:
-        report.check_folder(folder)
+        report.check(subject, folder)
         blenders = BlenderTree(why_missing="it would hold up Blender's windows; the command line has it")
         results = report.measured(subject, options, [*methods(options.threads), blenders], told)
         return report.write(results, folder)[-1]

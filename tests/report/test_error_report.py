@@ -159,6 +159,20 @@ def test_a_slow_method_is_given_fewer_rays():
     assert found.hits.beside
 
 
+def test_a_method_that_had_to_wait_once_is_given_all_rays():
+    class Held(Wrong):
+        calls = 0
+
+        def trace(self, rays: Rays) -> Answers:
+            self.calls += 1
+            sleep(0.2 if self.calls in (2, 7) else 0)
+            return super().trace(rays)
+
+    options = replace(SMALL, rays=1000, patience=1.0)
+    found = report.measured(subject_of(meshes.icosphere(1)), options, [Held()], silent)
+    assert found.hits.row("wrong").every == 1
+
+
 def test_methods_that_are_worst_at_one_ray_are_all_named():
     class Twin(Wrong):
         name = "twin"
@@ -296,10 +310,17 @@ def test_wrong_usage_and_folders_that_take_nothing(tmp_path):
         built_in("roof", 100)
 
 
-def test_an_empty_scene_is_one_line():
+def test_an_empty_scene_is_one_line(tmp_path):
     empty = SceneData([], np.zeros(0, np.int32), np.zeros((0, 4, 4)))
     with pytest.raises(UserError, match="no triangles"):
         report.measured(Subject(empty, Settings(), "empty.blend"), SMALL, [], silent)
+    with pytest.raises(UserError, match="no triangles"):
+        command.run(
+            parsed("--mesh", "empty", "--output", tmp_path / "never"),
+            lambda arguments: Subject(empty, Settings(), "empty.blend"),
+            silent,
+        )
+    assert not (tmp_path / "never").exists()
 
 
 def test_a_scene_is_moved_with_its_camera():

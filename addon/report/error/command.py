@@ -42,7 +42,7 @@ def run(
         subject = read(arguments)
     subject = subject.moved(arguments.offset)
     # Behind all that may be wrong with the rest, so that then no folder is made.
-    report.check_folder(folder)
+    report.check(subject, folder)
     results = report.measured(subject, options, [*methods(options.threads), *others], told)
     written = report.write(results, folder)
     lines = [*report.summary(results), *(f"note: {note}" for note in results.notes), str(written[-1])]

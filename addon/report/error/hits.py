@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from math import ceil
+from math import ceil, inf
 from statistics import median
 from time import perf_counter
 from typing import Any
@@ -22,8 +22,8 @@ from .rays import Kind
 from .subject import Subject
 from .truth import Nearest, Truth
 
-TRIED = 8
-"""Rays of each kind that are tried to see how long a method takes."""
+TRIED, TRIES = 8, 4
+"""Rays of each kind that are tried to see how long a method takes, and how often."""
 FEW = 10
 """A method that is given less than one ray in so many is on no front."""
 SLOW = 5.0
@@ -167,15 +167,19 @@ def measure(
 
 
 def _affordable(built: Built, kinds: Mapping[str, Kind], patience: float) -> int:
-    """One ray in so many takes about `patience` seconds; a few are tried, and the first time does not count."""
+    """One ray in so many takes about `patience` seconds; a few are tried, again where they take long: the first time
+    warms up, and a busy machine lets any wait."""
     few = [kind.rays.every(max(1, len(kind.truth) // TRIED)) for kind in kinds.values()]
-    for _ in range(2):
+    share = sum(len(kind.truth) for kind in kinds.values()) / max(1, sum(len(rays.origins) for rays in few))
+    least = inf
+    for _ in range(TRIES):
         started = perf_counter()
         for rays in few:
             built.trace(rays)
-        seconds = perf_counter() - started
-    share = sum(len(kind.truth) for kind in kinds.values()) / max(1, sum(len(rays.origins) for rays in few))
-    return max(1, ceil(seconds * share / patience))
+        least = min(least, perf_counter() - started)
+        if least * share <= patience:
+            return 1
+    return ceil(least * share / patience)
 
 
 def mark_fronts(rows: Sequence[Row]) -> None:

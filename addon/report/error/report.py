@@ -27,8 +27,10 @@ SHARES = {
 PAGE, JSON, CSV = "index.html", "results.json", "results.csv"
 
 
-def check_folder(folder: Path) -> None:
-    """Make it where it is missing. Raises UserError where nothing can be written into it."""
+def check(subject: Subject, folder: Path) -> None:
+    """Make the folder where it is missing. Raises UserError where nothing can be written into it, and before it is made
+    where there is nothing to trace."""
+    subject.mesh  # noqa: B018 - raises where there is none
     probe = folder / ".bih"
     try:
         folder.mkdir(exist_ok=True)
