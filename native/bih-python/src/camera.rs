@@ -4,7 +4,6 @@ use bih_core::geometry::Ray;
 use bih_core::memory::room;
 use bih_core::render::{Camera as CoreCamera, sample_offset};
 use bih_core::simd::FloatEnvironment;
-use bih_core::traverse::PACKET;
 use numpy::{PyArray, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 
@@ -37,18 +36,13 @@ impl Camera {
         let _standard = FloatEnvironment::standard();
         let offset = sample_offset(sample, 0);
         let (width, height) = (self.inner.width(), self.inner.height());
-        // Both arrays, each twice, as vectors and as numbers; and their pixels.
-        let bytes = 4 * size_of::<[f64; 3]>() + size_of::<[u32; 2]>();
+        // Both arrays, each twice, as vectors and as numbers; the rays and their pixels.
+        let bytes = 4 * size_of::<[f64; 3]>() + size_of::<Ray>() + size_of::<[u32; 2]>();
         room("the rays", bytes * width as usize * height as usize).map_err(to_exception)?;
         let pixels: Vec<_> = (0..height).flat_map(|y| (0..width).map(move |x| [x, y])).collect();
-        let (mut origins, mut directions) = (Vec::with_capacity(pixels.len()), Vec::with_capacity(pixels.len()));
-        let mut rays = [Ray::new([0.0; 3], [0.0; 3]); PACKET];
-        for pixels in pixels.chunks(PACKET) {
-            let rays = &mut rays[..pixels.len()];
-            self.inner.rays(pixels, offset, rays);
-            origins.extend(rays.iter().map(|ray| ray.origin));
-            directions.extend(rays.iter().map(|ray| ray.direction));
-        }
+        let mut rays = vec![Ray::new([0.0; 3], [0.0; 3]); pixels.len()];
+        self.inner.rays(&pixels, offset, &mut rays);
+        let (origins, directions) = rays.iter().map(|ray| (ray.origin, ray.direction)).unzip();
         let array = |vectors: Vec<[f64; 3]>| {
             let shape = [vectors.len(), 3];
             PyArray::from_vec(py, bytemuck::cast_slice(&vectors).to_vec()).reshape(shape)

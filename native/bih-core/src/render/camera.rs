@@ -1,6 +1,7 @@
 //! Rays through the pixels of a picture, from one matrix.
 
-use super::vectors::{Numbers, ZEROS, at, dots, normalise_each, write};
+use super::surface::Points;
+use super::vectors::{Lengths, ZEROS, at, put};
 use crate::geometry::{Ray, Vector, dot, normalise, subtract};
 use crate::simd::{Kernel, Lanes, dispatch_common_to, instruction_sets};
 use crate::traverse::PACKET;
@@ -59,32 +60,45 @@ impl Lens {
     }
 }
 
-/// Rays through places in the picture.
+/// The rays of points through their places in the picture.
 struct Through<'a> {
     lens: &'a Lens,
-    places: [Numbers; 2],
-    rays: &'a mut [Ray],
+    size: [f64; 2],
+    offset: [f64; 2],
+    points: &'a mut Points,
 }
 
 impl Kernel for Through<'_> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let Self { lens, places: [x, y], rays } = self;
-        let (mut origin, mut along) = (ZEROS, ZEROS);
-        for ([a, b, c], ends) in [(&lens.origin, &mut origin), (&lens.along, &mut along)] {
-            for axis in 0..3 {
-                write(&mut ends[axis], |i| c[axis] + x[i] * a[axis] + y[i] * b[axis]);
-            }
+        let Self { lens, size, offset, points } = self;
+        let on = |[a, b, c]: &[Vector; 3], [x, y]: [f64; 2]| -> Vector {
+            [c[0] + x * a[0] + y * b[0], c[1] + x * a[1] + y * b[1], c[2] + x * a[2] + y * b[2]]
+        };
+        let place = |i: usize| place(points.pixels[i], size, offset);
+        let mut along = ZEROS;
+        for i in 0..PACKET {
+            put(&mut points.origin, i, &on(&lens.origin, place(i)));
+            put(&mut along, i, &on(&lens.along, place(i)));
         }
-        let mut direction = along;
-        normalise_each(&mut direction);
-        let length = dots(&along, &direction);
-        for (i, ray) in rays.iter_mut().enumerate() {
-            let t_max = if lens.is_endless { f64::INFINITY } else { length[i] };
-            *ray = Ray { origin: at(&origin, i), direction: at(&direction, i), t_min: 0.0, t_max };
+        let mut lengths = Lengths::of(|i| at(&along, i));
+        for i in 0..PACKET {
+            let inverse = lengths.inverse(i);
+            put(&mut points.view, i, &at(&along, i).map(|x| x * inverse));
+        }
+        lengths.each_extreme(|i| put(&mut points.view, i, &normalise(&at(&along, i))));
+        for i in 0..PACKET {
+            let length = dot(&at(&along, i), &at(&points.view, i));
+            points.t_max[i] = if lens.is_endless { f64::INFINITY } else { length };
         }
     }
+}
+
+/// From -1 to 1 across the picture and up.
+#[inline(always)]
+fn place(pixel: [u32; 2], size: [f64; 2], offset: [f64; 2]) -> [f64; 2] {
+    [0, 1].map(|axis| 2.0 * (f64::from(pixel[axis]) + offset[axis]) / size[axis] - 1.0)
 }
 
 impl Camera {
@@ -123,27 +137,35 @@ impl Camera {
         ray[0]
     }
 
-    /// The rays through pixels, at most a packet of them, as `ray` gives each.
+    /// The rays through pixels, as `ray` gives each.
     pub fn rays(&self, pixels: &[[u32; 2]], offset: [f64; 2], rays: &mut [Ray]) {
-        assert!(pixels.len() == rays.len() && rays.len() <= PACKET, "{} rays of {}", rays.len(), pixels.len());
-        let size = [self.width, self.height].map(f64::from);
-        let places = [0, 1].map(|axis| {
-            let mut place = [0.0; PACKET];
-            for (place, pixel) in place.iter_mut().zip(pixels) {
-                *place = 2.0 * (f64::from(pixel[axis]) + offset[axis]) / size[axis] - 1.0;
-            }
-            place
-        });
-        if let Some(lens) = &self.lens {
-            return dispatch_common_to(instruction_sets()[0], Through { lens, places, rays });
+        assert_eq!(pixels.len(), rays.len());
+        let mut points = Points::new(0);
+        let mut some = [Ray::new([0.0; 3], [0.0; 3]); PACKET];
+        for (pixels, rays) in pixels.chunks(PACKET).zip(rays.chunks_mut(PACKET)) {
+            points.pixels[..pixels.len()].copy_from_slice(pixels);
+            self.shoot(offset, &mut points);
+            points.rays(&mut some);
+            rays.copy_from_slice(&some[..rays.len()]);
         }
-        for (i, ray) in rays.iter_mut().enumerate() {
-            *ray = self.unprojected(places[0][i], places[1][i]);
+    }
+
+    /// Give points the rays through their pixels.
+    pub(super) fn shoot(&self, offset: [f64; 2], points: &mut Points) {
+        let size = [self.width, self.height].map(f64::from);
+        if let Some(lens) = &self.lens {
+            return dispatch_common_to(instruction_sets()[0], Through { lens, size, offset, points });
+        }
+        for i in 0..PACKET {
+            let ray = self.unprojected(place(points.pixels[i], size, offset));
+            put(&mut points.origin, i, &ray.origin);
+            put(&mut points.view, i, &ray.direction);
+            points.t_max[i] = ray.t_max;
         }
     }
 
     /// The ray through a place in the picture, by both of its ends.
-    fn unprojected(&self, x: f64, y: f64) -> Ray {
+    fn unprojected(&self, [x, y]: [f64; 2]) -> Ray {
         let unproject = |z: f64| self.clip_to_world.map(|row| row[0] * x + row[1] * y + row[2] * z + row[3]);
         let near = unproject(-1.0);
         let far = unproject(1.0);
@@ -226,14 +248,12 @@ mod tests {
         endless[3] = [0.0, 0.0, -0.4, 0.4];
         for matrix in [finite, endless] {
             let camera = Camera::new(matrix, 9, 7).unwrap();
-            let pixels: [_; PACKET - 1] = std::array::from_fn(|i| [i as u32 % 9, i as u32 / 9]);
-            let mut rays = [Ray::new([0.0; 3], [0.0; 3]); PACKET - 1];
+            let pixels: [_; 2 * PACKET - 1] = std::array::from_fn(|i| [i as u32 % 9, i as u32 / 9]);
+            let mut rays = [Ray::new([0.0; 3], [0.0; 3]); 2 * PACKET - 1];
             camera.rays(&pixels, [0.25, 0.75], &mut rays);
             for ([x, y], ray) in pixels.into_iter().zip(rays) {
                 assert_eq!(camera.ray(x, y, [0.25, 0.75]), ray);
-                let place =
-                    [(x, 0.25, 9.0), (y, 0.75, 7.0)].map(|(p, at, size)| 2.0 * (f64::from(p) + at) / size - 1.0);
-                let expected = camera.unprojected(place[0], place[1]);
+                let expected = camera.unprojected(place([x, y], [9.0, 7.0], [0.25, 0.75]));
                 let near = |a: f64, b: f64| a == b || (a - b).abs() < 1e-12 * a.abs().max(1.0);
                 assert!(near(ray.t_max, expected.t_max), "{ray:?} {expected:?}");
                 for axis in 0..3 {

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use super::sampling::{Sampler, in_cone, on_disk, sine_cosine};
 use super::surface::Points;
-use super::vectors::{Numbers, Vectors, ZEROS, at, dots, normalise_each, put, write};
+use super::vectors::{Lengths, Numbers, Vectors, ZEROS, at, put};
 use crate::geometry::{Vector, add_scaled, dot, normalise, subtract};
 use crate::simd::{Kernel, Lanes, dispatch_common_to, instruction_sets};
 use crate::traverse::PACKET;
@@ -179,18 +179,22 @@ impl Kernel for Fall<'_> {
     fn run<L: Lanes>(self) {
         let Self { points, centre, to_light, amount } = self;
         if let Some(centre) = centre {
-            for axis in 0..3 {
-                write(&mut to_light[axis], |i| centre[axis] - points.position[axis][i]);
+            for (i, amount) in amount.iter_mut().enumerate() {
+                let way = subtract(centre, &at(&points.position, i));
+                put(to_light, i, &way);
+                *amount = 1.0 / (4.0 * PI * dot(&way, &way));
             }
-            let squared = dots(to_light, to_light);
-            write(amount, |i| 1.0 / (4.0 * PI * squared[i]));
         }
-        let mut directions = *to_light;
-        normalise_each(&mut directions);
-        let cosine = dots(&directions, &points.normal);
-        for i in 0..PACKET {
-            let is_lit = points.are_there[i] & (cosine[i] > 0.0);
-            amount[i] = if is_lit { amount[i] * cosine[i] } else { 0.0 };
+        let mut lengths = Lengths::of(|i| at(to_light, i));
+        let mut cosine = [0.0; PACKET];
+        for (i, cosine) in cosine.iter_mut().enumerate() {
+            let inverse = lengths.inverse(i);
+            *cosine = dot(&at(to_light, i).map(|x| x * inverse), &at(&points.normal, i));
+        }
+        lengths.each_extreme(|i| cosine[i] = dot(&normalise(&at(to_light, i)), &at(&points.normal, i)));
+        for (i, (amount, cosine)) in amount.iter_mut().zip(cosine).enumerate() {
+            let is_lit = points.are_there[i] & (cosine > 0.0);
+            *amount = if is_lit { *amount * cosine } else { 0.0 };
         }
     }
 }

@@ -6,7 +6,7 @@ use super::light::{Arriving, Light, Shape};
 use super::sampling::by_cosine;
 use super::surface::Points;
 use super::traced::Traced;
-use super::vectors::{Numbers, Vectors, ZEROS, at, dots, each, write};
+use super::vectors::{Numbers, Vectors, ZEROS, at};
 use super::visible::Visible;
 use crate::geometry::{Ray, Vector, dot};
 use crate::simd::{Kernel, Lanes, dispatch_common_to, instruction_sets};
@@ -109,27 +109,29 @@ impl Kernel for Around<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self) {
         let Self { lighting: Lighting { lights, ambient, .. }, points, open, radiance } = self;
-        let facing = dots(&points.normal, &points.view).map(f64::abs);
+        let mut facing = [0.0; PACKET];
+        for (i, facing) in facing.iter_mut().enumerate() {
+            *facing = dot(&at(&points.normal, i), &at(&points.view, i)).abs();
+        }
         for (channel, radiance) in radiance.iter_mut().enumerate() {
-            let mut around = match ambient {
-                Some(ambient) => [ambient[channel]; PACKET],
-                None => {
-                    let strength = if lights.is_empty() { HEADLIGHT } else { FILL };
-                    each(|i| facing[i] * strength)
-                }
-            };
+            let strength = if lights.is_empty() { HEADLIGHT } else { FILL };
+            for (around, facing) in radiance.iter_mut().zip(&facing) {
+                *around = ambient.map_or(facing * strength, |ambient| ambient[channel]);
+            }
             for light in lights.iter().filter(|light| light.shape == Shape::Headlight) {
-                for (around, facing) in around.iter_mut().zip(&facing) {
+                for (around, facing) in radiance.iter_mut().zip(&facing) {
                     *around += facing * light.colour[channel];
                 }
             }
             if let Some(open) = open {
-                for (around, is_open) in around.iter_mut().zip(open) {
+                for (around, is_open) in radiance.iter_mut().zip(open) {
                     *around = if *is_open { *around } else { 0.0 };
                 }
             }
             let (base, emission) = (&points.base[channel], &points.emission[channel]);
-            write(radiance, |i| base[i] * around[i] + emission[i]);
+            for (i, radiance) in radiance.iter_mut().enumerate() {
+                *radiance = base[i] * *radiance + emission[i];
+            }
         }
     }
 }

@@ -3,15 +3,20 @@
 use super::appearance::GREY;
 use super::sampling::Sampler;
 use super::traced::{Seen, Traced};
-use super::vectors::{Numbers, Vectors, ZEROS, at, cross_each, dots, each, normalise_or, put, write};
+use super::vectors::{Lengths, Numbers, Vectors, ZEROS, at, put};
 use super::visible::Visible;
 use crate::build::Precision;
-use crate::geometry::{Ray, Vector, dot, normal, normalise};
+use crate::geometry::{Ray, Vector, add_scaled, cross, dot, normal, normalise, subtract};
 use crate::simd::{Kernel, Lanes, dispatch_common_to, instruction_sets};
 use crate::traverse::PACKET;
 
-/// What the rays of a block meet; of a ray that meets nothing the numbers mean nothing.
+/// The rays of a block and what they meet; of a ray that meets nothing the numbers mean nothing.
 pub(super) struct Points {
+    pub origin: Vectors,
+    /// Where the viewer looks.
+    pub view: Vectors,
+    /// Where rays end.
+    pub t_max: Numbers,
     /// Which rays meet something.
     pub are_there: [bool; PACKET],
     /// Where the picture is empty nevertheless.
@@ -23,8 +28,6 @@ pub(super) struct Points {
     pub normal: Vectors,
     /// The position, moved to the viewer's side by twice what it can lie behind its triangle.
     pub lifted: Vectors,
-    /// Where the viewer looks.
-    pub view: Vectors,
     pub base: Vectors,
     pub emission: Vectors,
     /// Of which pixels and which sample they are.
@@ -37,13 +40,15 @@ pub(super) struct Points {
 impl Points {
     pub fn new(seed: u64) -> Self {
         Self {
+            origin: ZEROS,
+            view: ZEROS,
+            t_max: [0.0; PACKET],
             are_there: [false; PACKET],
             are_holdouts: [false; PACKET],
             position: ZEROS,
             ground: ZEROS,
             normal: ZEROS,
             lifted: ZEROS,
-            view: ZEROS,
             base: GREY.base.map(|x| [x; PACKET]),
             emission: GREY.emission.map(|x| [x; PACKET]),
             pixels: [[0; 2]; PACKET],
@@ -54,19 +59,16 @@ impl Points {
     }
 
     /// Take what the rays see; without normals where nothing needs them.
-    pub fn find<T: Traced>(
-        &mut self,
-        scene: &Visible<T>,
-        rays: &[Ray; PACKET],
-        seen: &[Option<Seen>; PACKET],
-        has_normals: bool,
-    ) {
+    pub fn find<T: Traced>(&mut self, scene: &Visible<T>, seen: &[Option<Seen>; PACKET], has_normals: bool) {
         for (is_there, seen) in self.are_there.iter_mut().zip(seen) {
             *is_there = seen.is_some();
         }
+        if !self.are_any() {
+            return;
+        }
         self.hits.take(scene.traced, seen);
         let precision = scene.traced.precision();
-        dispatch_common_to(instruction_sets()[0], Find { points: self, rays, precision, has_normals });
+        dispatch_common_to(instruction_sets()[0], Find { points: self, precision, has_normals });
         if !scene.appearance.is_plain() {
             self.look(scene, seen, has_normals);
         }
@@ -86,6 +88,18 @@ impl Points {
                 put(&mut self.normal, i, &normal);
             }
         }
+    }
+
+    /// The rays themselves.
+    pub fn rays(&self, rays: &mut [Ray; PACKET]) {
+        for (i, ray) in rays.iter_mut().enumerate() {
+            *ray = Ray { origin: at(&self.origin, i), direction: at(&self.view, i), t_min: 0.0, t_max: self.t_max[i] };
+        }
+    }
+
+    /// Whether any ray meets anything.
+    pub fn are_any(&self) -> bool {
+        self.are_there.iter().fold(false, |any, is_there| any | is_there)
     }
 
     /// The places that are there.
@@ -115,6 +129,13 @@ impl Hits {
         Self { corners, t: [0.0; PACKET], u: [0.0; PACKET], v: [0.0; PACKET] }
     }
 
+    /// Those from the first corner.
+    #[inline(always)]
+    fn edges(&self, i: usize) -> [Vector; 2] {
+        let [a, b, c] = [0, 1, 2].map(|corner| at(&self.corners[corner], i));
+        [subtract(&b, &a), subtract(&c, &a)]
+    }
+
     fn take<T: Traced>(&mut self, traced: &T, seen: &[Option<Seen>; PACKET]) {
         // Corners lie anywhere in memory: all are asked for before the first is waited for.
         for seen in seen.iter().flatten() {
@@ -136,7 +157,6 @@ impl Hits {
 /// Positions, and with normals what is computed from them.
 struct Find<'a> {
     points: &'a mut Points,
-    rays: &'a [Ray; PACKET],
     precision: Precision,
     has_normals: bool,
 }
@@ -145,69 +165,79 @@ impl Kernel for Find<'_> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let Self { points, rays, precision, has_normals } = self;
-        let Points { hits, view, position, ground, normal: shaded, lifted, .. } = points;
-        for (i, ray) in rays.iter().enumerate() {
-            put(view, i, &ray.direction);
-        }
-        let (mut ab, mut ac) = (ZEROS, ZEROS);
-        let [a, b, c] = &hits.corners;
-        for axis in 0..3 {
-            write(&mut ab[axis], |i| b[axis][i] - a[axis][i]);
-            write(&mut ac[axis], |i| c[axis][i] - a[axis][i]);
-        }
+        let Self { points, precision, has_normals } = self;
         let error = match precision {
-            Precision::Watertight | Precision::Exact => along(rays, &hits.t, view, position),
-            Precision::Fast => within(hits, &ab, &ac, position),
+            Precision::Watertight | Precision::Exact => points.along(),
+            Precision::Fast => points.within(),
         };
-        if !has_normals {
-            return;
-        }
-        cross_each(&ab, &ac, ground);
-        normalise_or(ground, |_, i| normal(&at(&ab, i), &at(&ac, i)));
-        let away = dots(ground, view);
-        for axis in 0..3 {
-            let (ground, position) = (&mut ground[axis], &position[axis]);
-            for (x, away) in ground.iter_mut().zip(&away) {
-                *x = if *away > 0.0 { -*x } else { *x };
-            }
-            write(&mut lifted[axis], |i| position[i] + 2.0 * error[i] * ground[i]);
-            shaded[axis] = *ground;
+        if has_normals {
+            points.stand(&error);
         }
     }
 }
 
-/// Where rays are at their hits, and how far that can be from the triangle.
-#[inline(always)]
-fn along(rays: &[Ray; PACKET], t: &Numbers, view: &Vectors, position: &mut Vectors) -> Numbers {
-    // The hit is right to 2^-40 of t, the roundings of origin + t · direction are far below that of the larger of both.
-    let mut largest = *t;
-    for axis in 0..3 {
-        let origin = each(|i| rays[i].origin[axis]);
-        for (largest, x) in largest.iter_mut().zip(&origin) {
-            *largest = largest.max(x.abs());
-        }
-        write(&mut position[axis], |i| origin[i] + t[i] * view[axis][i]);
-    }
-    each(|i| 2.0 * largest[i] / (1u64 << 40) as f64)
-}
-
-/// The points of triangles that the weights of hits name, and how far rays of single precision may see them elsewhere.
-#[inline(always)]
-fn within(hits: &Hits, ab: &Vectors, ac: &Vectors, position: &mut Vectors) -> Numbers {
-    // The weights, however wrong, leave the point in the triangle's plane; a ray that starts there is rounded by half a
-    // unit in the last place of a coordinate, and finds the plane with a few such errors.
-    let Hits { corners, u, v, .. } = hits;
-    let mut largest = [0.0f64; PACKET];
-    for axis in 0..3 {
-        for corner in corners {
-            for (largest, x) in largest.iter_mut().zip(&corner[axis]) {
-                *largest = largest.max(x.abs());
+impl Points {
+    /// Find where rays are at their hits, and how far that can be from the triangle.
+    #[inline(always)]
+    fn along(&mut self) -> Numbers {
+        // The hit is right to 2^-40 of t, the roundings of origin + t · direction are far below that of the larger of both.
+        let mut error = [0.0; PACKET];
+        for (i, error) in error.iter_mut().enumerate() {
+            let t = self.hits.t[i];
+            let mut largest = t;
+            for axis in 0..3 {
+                let origin = self.origin[axis][i];
+                largest = largest.max(origin.abs());
+                self.position[axis][i] = origin + t * self.view[axis][i];
             }
+            *error = 2.0 * largest / (1u64 << 40) as f64;
         }
-        write(&mut position[axis], |i| corners[0][axis][i] + u[i] * ab[axis][i] + v[i] * ac[axis][i]);
+        error
     }
-    each(|i| 8.0 * f64::from(f32::EPSILON) * largest[i])
+
+    /// Find the points of triangles that the weights of hits name, and how far rays of single precision may see them
+    /// elsewhere.
+    #[inline(always)]
+    fn within(&mut self) -> Numbers {
+        // The weights, however wrong, leave the point in the triangle's plane; a ray that starts there is rounded by half a
+        // unit in the last place of a coordinate, and finds the plane with a few such errors.
+        let mut error = [0.0; PACKET];
+        for (i, error) in error.iter_mut().enumerate() {
+            let Hits { corners: [a, b, c], u, v, .. } = &self.hits;
+            let mut largest = 0.0f64;
+            for axis in 0..3 {
+                let (a, b, c) = (a[axis][i], b[axis][i], c[axis][i]);
+                largest = largest.max(a.abs()).max(b.abs()).max(c.abs());
+                self.position[axis][i] = a + u[i] * (b - a) + v[i] * (c - a);
+            }
+            *error = 8.0 * f64::from(f32::EPSILON) * largest;
+        }
+        error
+    }
+
+    /// Find how surfaces stand, and points above them.
+    #[inline(always)]
+    fn stand(&mut self, error: &Numbers) {
+        for i in 0..PACKET {
+            let [ab, ac] = self.hits.edges(i);
+            let ground = cross(&ab, &ac);
+            put(&mut self.ground, i, &ground);
+        }
+        let mut lengths = Lengths::of(|i| at(&self.ground, i));
+        lengths.each_extreme(|i| {
+            let [ab, ac] = self.hits.edges(i);
+            put(&mut self.ground, i, &normal(&ab, &ac));
+        });
+        for (i, &error) in error.iter().enumerate() {
+            let inverse = lengths.inverse(i);
+            let ground = at(&self.ground, i).map(|x| x * inverse);
+            let away = dot(&ground, &at(&self.view, i));
+            let ground = ground.map(|x| if away > 0.0 { -x } else { x });
+            put(&mut self.ground, i, &ground);
+            put(&mut self.normal, i, &ground);
+            put(&mut self.lifted, i, &add_scaled(&at(&self.position, i), 2.0 * error, &ground));
+        }
+    }
 }
 
 /// The normal between those of the corners, on the side of the triangle's own; that one where there are none.

@@ -6,7 +6,7 @@ use super::passes::TilePasses;
 use super::sampling::sample_offset;
 use super::shade::{Lighting, Shader};
 use super::surface::Points;
-use super::vectors::{Numbers, Vectors, at, each};
+use super::vectors::{Numbers, Vectors, at};
 use super::visible::Visible;
 use super::{Appearance, Camera, Passes, Seen, Traced, Wanted};
 use crate::control::{Cancelled, Control};
@@ -144,10 +144,19 @@ struct Block {
 impl Block {
     /// The part within the tile of `BLOCK` columns from x and as many rows from y.
     fn new(x: usize, y: usize, width: usize, height: usize) -> Self {
+        /// The bits of column and row in turn: eight pixels are four by two, sixteen four by four.
+        const ORDER: [[usize; 2]; PACKET] = {
+            let mut order = [[0; 2]; PACKET];
+            let mut i = 0;
+            while i < PACKET {
+                order[i] = [i & 1 | i >> 1 & 2 | i >> 2 & 4, i >> 1 & 1 | i >> 2 & 2 | i >> 3 & 4];
+                i += 1;
+            }
+            order
+        };
         let mut block = Self { places: [[0; 2]; PACKET], len: 0 };
-        for i in 0..PACKET {
-            // The bits of column and row in turn: eight pixels are four by two, sixteen four by four.
-            let place = [x + (i & 1 | i >> 1 & 2 | i >> 2 & 4), y + (i >> 1 & 1 | i >> 2 & 2 | i >> 3 & 4)];
+        for [column, row] in ORDER {
+            let place = [x + column, y + row];
             if place[0] < width && place[1] < height {
                 block.places[block.len] = place;
                 block.len += 1;
@@ -174,23 +183,30 @@ impl<T: Traced> TileRender<'_, T> {
         let mut sums = [[0.0; PACKET]; 4];
         for sample in options.first_sample..options.first_sample + samples {
             let Work { stack, rays, seen, points, .. } = work;
-            camera.rays(&points.pixels[..len], sample_offset(sample, options.seed), &mut rays[..len]);
+            camera.shoot(sample_offset(sample, options.seed), points);
+            points.rays(rays);
             scene.closest(&rays[..len], stack, &mut seen[..len]);
             points.sample = sample;
-            points.find(scene, rays, seen, has_normals);
+            points.find(scene, seen, has_normals);
             if sample == options.first_sample {
                 self.show_first(block, work, pixels);
             }
             if options.wanted.combined {
                 let Work { stack, points, shader, .. } = work;
-                shader.shade(&options.lighting, scene, points, stack);
+                if points.are_any() {
+                    shader.shade(&options.lighting, scene, points, stack);
+                }
                 let background = &options.background;
                 let shown = Add { points, radiance: &shader.radiance, background, sums: &mut sums };
                 dispatch_common_to(instruction_sets()[0], shown);
             }
         }
-        for (i, &place) in block.places().iter().enumerate() {
-            pixels.combined.set(place, [0, 1, 2, 3].map(|channel| (sums[channel][i] / f64::from(samples)) as f32));
+        if options.wanted.combined {
+            let mut colours = [[0.0; 4]; PACKET];
+            dispatch_common_to(instruction_sets()[0], Mean { sums: &sums, samples, colours: &mut colours });
+            for (&place, colour) in block.places().iter().zip(colours) {
+                pixels.combined.set(place, colour);
+            }
         }
     }
 
@@ -249,14 +265,44 @@ impl Kernel for Add<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self) {
         let Self { points, radiance, background, sums } = self;
-        let missed = each(|i| if points.are_there[i] { 0.0 } else { 1.0 });
-        let empty = each(|i| if points.are_holdouts[i] { 1.0 } else { missed[i] });
+        let are_all_shown = (0..PACKET).fold(true, |all, i| all & points.are_there[i] & !points.are_holdouts[i]);
         for (channel, sums) in sums.iter_mut().enumerate() {
-            for (i, sum) in sums.iter_mut().enumerate() {
-                let shown = if channel == 3 { 1.0 } else { radiance[channel][i] };
-                let behind = if missed[i] > 0.0 { background[channel] } else { 0.0 };
-                *sum += if empty[i] > 0.0 { behind } else { shown };
+            // The fourth is alpha.
+            let shown = |i: usize| if channel < 3 { radiance[channel][i] } else { 1.0 };
+            if are_all_shown {
+                for (i, sum) in sums.iter_mut().enumerate() {
+                    *sum += shown(i);
+                }
+                continue;
             }
+            for (i, sum) in sums.iter_mut().enumerate() {
+                *sum += match (points.are_there[i], points.are_holdouts[i]) {
+                    (false, _) => background[channel],
+                    (true, true) => 0.0,
+                    (true, false) => shown(i),
+                };
+            }
+        }
+    }
+}
+
+/// The colours that some samples have added up to.
+struct Mean<'a> {
+    sums: &'a [Numbers; 4],
+    samples: u32,
+    colours: &'a mut [[f32; 4]; PACKET],
+}
+
+impl Kernel for Mean<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self { sums: [red, green, blue, alpha], samples, colours } = self;
+        let samples = f64::from(samples);
+        for (i, colour) in colours.iter_mut().enumerate() {
+            let [red, green, blue, alpha] =
+                [red[i] / samples, green[i] / samples, blue[i] / samples, alpha[i] / samples];
+            *colour = [red as f32, green as f32, blue as f32, alpha as f32];
         }
     }
 }

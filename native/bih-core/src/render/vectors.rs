@@ -1,6 +1,6 @@
 //! Numbers and vectors of the rays of a block, side by side: loops over them become vector instructions.
 
-use crate::geometry::{Vector, normalise};
+use crate::geometry::Vector;
 use crate::traverse::PACKET;
 
 /// A number for each ray.
@@ -17,64 +17,46 @@ pub(super) fn at(vectors: &Vectors, i: usize) -> Vector {
 
 #[inline(always)]
 pub(super) fn put(vectors: &mut Vectors, i: usize, vector: &Vector) {
-    for (numbers, &x) in vectors.iter_mut().zip(vector) {
-        numbers[i] = x;
+    vectors[0][i] = vector[0];
+    vectors[1][i] = vector[1];
+    vectors[2][i] = vector[2];
+}
+
+/// Divides vectors by their lengths where nothing overflows or underflows; where it may, vectors are looked at again.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Lengths {
+    squares: Numbers,
+}
+
+impl Lengths {
+    /// The lengths that vectors have, by their places.
+    #[inline(always)]
+    pub fn of(vector: impl Fn(usize) -> Vector) -> Self {
+        let mut squares = [0.0; PACKET];
+        for (i, square) in squares.iter_mut().enumerate() {
+            let [x, y, z] = vector(i);
+            *square = x * x + y * y + z * z;
+        }
+        Self { squares }
     }
-}
 
-/// Write each number by its place. Vectors are written where they are to be: to give them back would copy them.
-#[inline(always)]
-pub(super) fn write(numbers: &mut Numbers, number: impl Fn(usize) -> f64) {
-    for (i, x) in numbers.iter_mut().enumerate() {
-        *x = number(i);
-    }
-}
-
-/// Each number by its place.
-#[inline(always)]
-pub(super) fn each(number: impl Fn(usize) -> f64) -> Numbers {
-    let mut numbers = [0.0; PACKET];
-    write(&mut numbers, number);
-    numbers
-}
-
-/// a · b
-#[inline(always)]
-pub(super) fn dots(a: &Vectors, b: &Vectors) -> Numbers {
-    each(|i| a[0][i] * b[0][i] + a[1][i] * b[1][i] + a[2][i] * b[2][i])
-}
-
-/// Write a × b.
-#[inline(always)]
-pub(super) fn cross_each(a: &Vectors, b: &Vectors, product: &mut Vectors) {
-    for (axis, product) in product.iter_mut().enumerate() {
-        let (j, k) = ((axis + 1) % 3, (axis + 2) % 3);
-        write(product, |i| a[j][i] * b[k][i] - a[k][i] * b[j][i]);
-    }
-}
-
-/// Each divided by its length.
-#[inline(always)]
-pub(super) fn normalise_each(vectors: &mut Vectors) {
-    normalise_or(vectors, |vectors, i| normalise(&at(vectors, i)));
-}
-
-/// Each divided by its length; the few whose squares may overflow or underflow are given by their places.
-#[inline(always)]
-pub(super) fn normalise_or(vectors: &mut Vectors, slowly: impl Fn(&Vectors, usize) -> Vector) {
-    let squares = dots(vectors, vectors);
-    let mut inverse = each(|i| 1.0 / squares[i].sqrt());
-    let are_plain = squares.iter().fold(true, |all, square| all & (1e-200..1e200).contains(square));
-    if !are_plain {
-        for i in (0..PACKET).filter(|&i| !(1e-200..1e200).contains(&squares[i])) {
-            let unit = slowly(vectors, i);
-            put(vectors, i, &unit);
-            inverse[i] = 1.0;
+    /// The few places where the squares say too little: what is there is to be divided by its length in another way, and
+    /// then counts as of unit length.
+    #[inline(always)]
+    pub fn each_extreme(&mut self, mut divide: impl FnMut(usize)) {
+        let is_extreme = |square: &f64| !(1e-200..1e200).contains(square);
+        let is_any = self.squares.iter().fold(false, |any, square| any | is_extreme(square));
+        if is_any {
+            for (i, square) in self.squares.iter_mut().enumerate().filter(|(_, square)| is_extreme(square)) {
+                divide(i);
+                *square = 1.0;
+            }
         }
     }
-    for numbers in vectors {
-        for (x, inverse) in numbers.iter_mut().zip(&inverse) {
-            *x *= inverse;
-        }
+
+    /// What a vector is to be multiplied with.
+    #[inline(always)]
+    pub fn inverse(&self, i: usize) -> f64 {
+        1.0 / self.squares[i].sqrt()
     }
 }
