@@ -52,6 +52,11 @@ EXAMPLES_OF_THE_OVERLAY = {
         "Build. Blue planes end left children, red ones start right children; purple is where both are. Drag To Depth.",
         overlay={"shown": "planes", "last_depth": 4},
     ),
+    "boxes": Example(
+        lambda: databases.sponge(2),
+        "Build. Boxes of two levels are drawn: move From Depth and To Depth. Root, Left and Right go from node to node.",
+        overlay={"shown": "boxes", "first_depth": 5, "last_depth": 6},
+    ),
     "leaves": Example(
         lambda: databases.balls(2, 1),
         "Build. Only leaves are drawn. Choose another Heuristic or Leaf Size, and build again.",

@@ -86,7 +86,7 @@ OVERLAYS = [path for path in BLENDS if path.name.startswith("overlay-")]
 
 def test_there_is_one_for_each_way_to_look_at_a_tree():
     names = {path.stem.removeprefix("overlay-") for path in OVERLAYS}
-    assert names == {"planes", "leaves", "construction", "ray", "on-demand", "cost", "compare", "mesh"}
+    assert names == {"planes", "boxes", "leaves", "construction", "ray", "on-demand", "cost", "compare", "mesh"}
     assert all(path.stat().st_size < 300_000 for path in OVERLAYS)
 
 
