@@ -54,7 +54,7 @@ EXAMPLES_OF_THE_OVERLAY = {
     ),
     "boxes": Example(
         lambda: databases.sponge(2),
-        "Build. Boxes of two levels are drawn: move From Depth and To Depth. Root, Left and Right go from node to node.",
+        "Build. Boxes of two levels are drawn: move From Depth and To Depth. Root, Left and Right select a node.",
         overlay={"shown": "boxes", "first_depth": 5, "last_depth": 6},
     ),
     "leaves": Example(
