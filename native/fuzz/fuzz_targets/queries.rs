@@ -1,3 +1,3 @@
 #![no_main]
 
-libfuzzer_sys::fuzz_target!(|data: &[u8]| bih_fuzz::some_queries(data));
+libfuzzer_sys::fuzz_target!(|data: &[u8]| bih_fuzz::queries(data, 6));

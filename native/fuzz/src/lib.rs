@@ -5,5 +5,5 @@ mod numbers;
 mod queries;
 mod saved;
 
-pub use queries::{queries, some_queries};
+pub use queries::queries;
 pub use saved::saved;

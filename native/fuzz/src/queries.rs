@@ -13,20 +13,11 @@ const MOST_VERTICES: usize = 60;
 /// More than a packet.
 const MOST_RAYS: usize = 80;
 
-/// The bytes are a mesh and rays.
-pub fn queries(data: &[u8]) {
-    check(data, |_| true);
-}
-
-/// The same for a few of all trees, which the bytes choose: most of what finds new bytes is quick.
-pub fn some_queries(data: &[u8]) {
-    const SHARE: usize = 6;
-    let chosen = data.iter().fold(0usize, |sum, &byte| sum + usize::from(byte));
-    check(data, |tree| (tree + chosen).is_multiple_of(SHARE));
-}
-
-fn check(data: &[u8], is_chosen: impl Fn(usize) -> bool) {
+/// The bytes are a mesh and rays, for one in `share` of all trees, which the bytes choose: most of what finds new bytes
+/// is quick then.
+pub fn queries(data: &[u8], share: usize) {
     let mut numbers = Numbers(data);
+    let chosen = data.iter().fold(0usize, |sum, &byte| sum + usize::from(byte));
     let form = numbers.byte();
     let (is_double, is_indexed, has_limits) = (form & 1 != 0, form & 2 != 0, form & 4 != 0);
     let leaf_size = 1 + usize::from(form >> 3) % 8;
@@ -44,7 +35,8 @@ fn check(data: &[u8], is_chosen: impl Fn(usize) -> bool) {
     let rays = rays(&mut numbers, &triangles, has_limits);
     // What is true depends on the precision alone.
     let mut truths: [Option<Vec<Option<Hit>>>; 2] = [None, None];
-    for (_, options) in all_options(leaf_size).into_iter().enumerate().filter(|&(tree, _)| is_chosen(tree)) {
+    let all = all_options(leaf_size).into_iter().enumerate();
+    for (_, options) in all.filter(|(tree, _)| (tree + chosen).is_multiple_of(share)) {
         let tree = build(&triangles, &options, &Control::default()).expect("a tree over any mesh");
         let place =
             [Precision::Watertight, Precision::Exact].iter().position(|&precision| precision == options.precision);
