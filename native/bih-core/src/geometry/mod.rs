@@ -47,11 +47,14 @@ pub fn normal(a: &Vector, b: &Vector) -> Vector {
     unit(&cross(a, b)).unwrap_or_else(|| normalise(&cross(&normalise(a), &normalise(b))))
 }
 
+/// Squares of lengths that neither overflowed nor underflowed.
+pub(crate) const PLAIN_SQUARES: std::ops::Range<f64> = 1e-200..1e200;
+
 /// a divided by its length where the squares neither overflow nor underflow.
 #[inline(always)]
 fn unit(a: &Vector) -> Option<Vector> {
     let squared = dot(a, a);
-    (1e-200..1e200).contains(&squared).then(|| {
+    PLAIN_SQUARES.contains(&squared).then(|| {
         let inverse = 1.0 / squared.sqrt();
         a.map(|x| x * inverse)
     })

@@ -10,7 +10,7 @@ use crate::error::Error;
 use crate::geometry::{Corners, Ray};
 use crate::intersect::Image;
 use crate::render::Seen;
-use crate::simd::{Kernel, Lanes, dispatch_common_to, instruction_sets};
+use crate::simd::{Kernel, Lanes, dispatch_common};
 use crate::traverse::{Counts, Lists, Stack, Uncounted};
 
 /// A scene and the models that it was made of.
@@ -27,20 +27,20 @@ impl SceneTracer<'_> {
     pub fn closest(&self, rays: &[Ray], stack: &mut Stack, hits: &mut [Option<Seen>]) {
         assert_eq!(rays.len(), hits.len());
         hits.fill(None);
-        in_lanes(In { tracer: self, work: Closest { rays, stack, hits } });
+        dispatch_common(In { tracer: self, work: Closest { rays, stack, hits } });
     }
 
     /// Whether each ray hits anything; an invalid ray does not.
     pub fn occluded(&self, rays: &[Ray], stack: &mut Stack, hidden: &mut [bool]) {
         assert_eq!(rays.len(), hidden.len());
         hidden.fill(false);
-        in_lanes(In { tracer: self, work: Occluded { rays, stack, hidden } });
+        dispatch_common(In { tracer: self, work: Occluded { rays, stack, hidden } });
     }
 
     /// Append the hits of each ray, nearest first, of equal distances that of the lower instance first and there the lower
     /// row, at most so many of each, one at least; none for an invalid ray. An error where memory for them is refused.
     pub fn all(&self, rays: &[Ray], most: usize, stack: &mut Stack, lists: &mut Lists<Seen>) -> Result<(), Error> {
-        in_lanes(In { tracer: self, work: ListAll { rays, most: most.max(1), stack, lists } })
+        dispatch_common(In { tracer: self, work: ListAll { rays, most: most.max(1), stack, lists } })
     }
 
     /// How many images of triangles each ray crosses between its ends, once it is moved by less than any number; none for
@@ -48,19 +48,15 @@ impl SceneTracer<'_> {
     pub fn count(&self, rays: &[Ray], stack: &mut Stack, counts: &mut [i32]) {
         assert_eq!(rays.len(), counts.len());
         counts.fill(0);
-        in_lanes(In { tracer: self, work: CountCrossings { rays, stack, counts } });
+        dispatch_common(In { tracer: self, work: CountCrossings { rays, stack, counts } });
     }
 
     /// What the nearest hit of each ray costs; nothing for an invalid ray. Nodes are those of all trees.
     pub fn cost(&self, rays: &[Ray], stack: &mut Stack, counts: &mut [Counts]) {
         assert_eq!(rays.len(), counts.len());
         counts.fill(Counts::default());
-        in_lanes(In { tracer: self, work: Cost { rays, stack, counts } });
+        dispatch_common(In { tracer: self, work: Cost { rays, stack, counts } });
     }
-}
-
-fn in_lanes<K: Kernel>(kernel: K) -> K::Output {
-    dispatch_common_to(instruction_sets()[0], kernel)
 }
 
 /// Work on some rays that is written once for both forms of images.

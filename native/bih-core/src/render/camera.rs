@@ -3,7 +3,7 @@
 use super::surface::Points;
 use super::vectors::{Lengths, ZEROS, at, put};
 use crate::geometry::{Ray, Vector, dot, normalise, subtract};
-use crate::simd::{Kernel, Lanes, dispatch_common_to, instruction_sets};
+use crate::simd::{Kernel, Lanes, dispatch_common};
 use crate::traverse::PACKET;
 
 type Matrix = [[f64; 4]; 4];
@@ -154,7 +154,7 @@ impl Camera {
     pub(super) fn shoot(&self, offset: [f64; 2], points: &mut Points) {
         let size = [self.width, self.height].map(f64::from);
         if let Some(lens) = &self.lens {
-            return dispatch_common_to(instruction_sets()[0], Through { lens, size, offset, points });
+            return dispatch_common(Through { lens, size, offset, points });
         }
         for i in 0..PACKET {
             let ray = self.unprojected(place(points.pixels[i], size, offset));

@@ -6,7 +6,7 @@ use super::sampling::{Sampler, in_cone, on_disk, sine_cosine};
 use super::surface::Points;
 use super::vectors::{Lengths, Numbers, Vectors, ZEROS, at, put};
 use crate::geometry::{Vector, add_scaled, dot, normalise, subtract};
-use crate::simd::{Kernel, Lanes, dispatch_common_to, instruction_sets};
+use crate::simd::{Kernel, Lanes, dispatch_common};
 use crate::traverse::PACKET;
 
 /// A light. With a size it is sampled, and its shadows are soft.
@@ -125,7 +125,7 @@ impl Light {
                 None
             }
         };
-        dispatch_common_to(instruction_sets()[0], Fall { points, centre: centre.as_ref(), to_light, amount });
+        dispatch_common(Fall { points, centre: centre.as_ref(), to_light, amount });
     }
 
     /// One sample of what reaches a point.

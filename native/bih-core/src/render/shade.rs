@@ -9,7 +9,7 @@ use super::traced::Traced;
 use super::vectors::{Numbers, Vectors, ZEROS, at};
 use super::visible::Visible;
 use crate::geometry::{Ray, Vector, dot};
-use crate::simd::{Kernel, Lanes, dispatch_common_to, instruction_sets};
+use crate::simd::{Kernel, Lanes, dispatch_common};
 use crate::traverse::PACKET;
 
 /// Radiance of a white surface that faces the headlight, where there is no other light, and beside others.
@@ -48,7 +48,7 @@ impl Shader {
     pub fn shade<T: Traced>(&mut self, lighting: &Lighting, scene: &Visible<T>, points: &Points, stack: &mut T::Stack) {
         let Self { radiance, arriving, rays } = self;
         let open = lighting.open(scene, points, rays, stack);
-        dispatch_common_to(instruction_sets()[0], Around { lighting, points, open: open.as_ref(), radiance });
+        dispatch_common(Around { lighting, points, open: open.as_ref(), radiance });
         for (light, dimension) in lighting.lights.iter().zip(OCCLUSION + 1..) {
             if light.shape == Shape::Headlight {
                 continue;
@@ -63,10 +63,7 @@ impl Shader {
                 rays.each_hidden(scene, stack, |i| arriving.amount[i] = 0.0);
             }
             let amount = &arriving.amount;
-            dispatch_common_to(
-                instruction_sets()[0],
-                Lit { base: &points.base, colour: &light.colour, amount, radiance },
-            );
+            dispatch_common(Lit { base: &points.base, colour: &light.colour, amount, radiance });
         }
     }
 }

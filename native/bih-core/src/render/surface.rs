@@ -7,7 +7,7 @@ use super::vectors::{Lengths, Numbers, Vectors, ZEROS, at, put};
 use super::visible::Visible;
 use crate::build::Precision;
 use crate::geometry::{Ray, Vector, add_scaled, cross, dot, normal, normalise, subtract};
-use crate::simd::{Kernel, Lanes, dispatch_common_to, instruction_sets};
+use crate::simd::{Kernel, Lanes, dispatch_common};
 use crate::traverse::PACKET;
 
 /// The rays of a block and what they meet; of a ray that meets nothing the numbers mean nothing.
@@ -68,7 +68,7 @@ impl Points {
         }
         self.hits.take(scene.traced, seen);
         let precision = scene.traced.precision();
-        dispatch_common_to(instruction_sets()[0], Find { points: self, precision, has_normals });
+        dispatch_common(Find { points: self, precision, has_normals });
         if !scene.appearance.is_plain() {
             self.look(scene, seen, has_normals);
         }

@@ -13,7 +13,7 @@ use crate::control::{Cancelled, Control};
 use crate::error::Error;
 use crate::geometry::Ray;
 use crate::memory;
-use crate::simd::{FloatEnvironment, Kernel, Lanes, dispatch_common_to, instruction_sets};
+use crate::simd::{FloatEnvironment, Kernel, Lanes, dispatch_common};
 use crate::traverse::{Counts, PACKET};
 
 /// Side of a tile in pixels: some milliseconds of work a sample.
@@ -198,12 +198,12 @@ impl<T: Traced> TileRender<'_, T> {
                 }
                 let background = &options.background;
                 let shown = Add { points, radiance: &shader.radiance, background, sums: &mut sums };
-                dispatch_common_to(instruction_sets()[0], shown);
+                dispatch_common(shown);
             }
         }
         if options.wanted.combined {
             let mut colours = [[0.0; 4]; PACKET];
-            dispatch_common_to(instruction_sets()[0], Mean { sums: &sums, samples, colours: &mut colours });
+            dispatch_common(Mean { sums: &sums, samples, colours: &mut colours });
             for (&place, colour) in block.places().iter().zip(colours) {
                 pixels.combined.set(place, colour);
             }

@@ -1,6 +1,6 @@
 //! Numbers and vectors of the rays of a block, side by side: loops over them become vector instructions.
 
-use crate::geometry::Vector;
+use crate::geometry::{PLAIN_SQUARES, Vector, dot};
 use crate::traverse::PACKET;
 
 /// A number for each ray.
@@ -22,7 +22,7 @@ pub(super) fn put(vectors: &mut Vectors, i: usize, vector: &Vector) {
     vectors[2][i] = vector[2];
 }
 
-/// Divides vectors by their lengths where nothing overflows or underflows; where it may, vectors are looked at again.
+/// Lengths of vectors, to divide by; where a square overflows or underflows, the vector is looked at again.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Lengths {
     squares: Numbers,
@@ -34,8 +34,8 @@ impl Lengths {
     pub fn of(vector: impl Fn(usize) -> Vector) -> Self {
         let mut squares = [0.0; PACKET];
         for (i, square) in squares.iter_mut().enumerate() {
-            let [x, y, z] = vector(i);
-            *square = x * x + y * y + z * z;
+            let vector = vector(i);
+            *square = dot(&vector, &vector);
         }
         Self { squares }
     }
@@ -44,7 +44,7 @@ impl Lengths {
     /// then counts as of unit length.
     #[inline(always)]
     pub fn each_extreme(&mut self, mut divide: impl FnMut(usize)) {
-        let is_extreme = |square: &f64| !(1e-200..1e200).contains(square);
+        let is_extreme = |square: &f64| !PLAIN_SQUARES.contains(square);
         let is_any = self.squares.iter().fold(false, |any, square| any | is_extreme(square));
         if is_any {
             for (i, square) in self.squares.iter_mut().enumerate().filter(|(_, square)| is_extreme(square)) {

@@ -20,6 +20,12 @@ pub fn dispatch<K: Kernel>(kernel: K) -> K::Output {
     dispatch_to(instruction_sets()[0], kernel)
 }
 
+/// The same, but in AVX2 where AVX-512 is the best: see `dispatch_common_to`.
+#[inline]
+pub fn dispatch_common<K: Kernel>(kernel: K) -> K::Output {
+    dispatch_common_to(instruction_sets()[0], kernel)
+}
+
 /// Run the kernel in this one, which must be one of `instruction_sets`.
 #[cfg_attr(
     target_arch = "x86_64",

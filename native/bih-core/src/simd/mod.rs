@@ -16,7 +16,7 @@ mod register_256;
 #[cfg(all(test, target_arch = "x86_64", not(miri)))]
 mod subnormals;
 
-pub use dispatch::{Kernel, dispatch, dispatch_common_to, dispatch_to};
+pub use dispatch::{Kernel, dispatch, dispatch_common, dispatch_common_to, dispatch_to};
 pub use float_environment::FloatEnvironment;
 pub use instruction_set::{InstructionSet, NotThere, check_instruction_set, instruction_sets};
 pub use lanes::{Lanes, Mask, Scalar};
