@@ -50,13 +50,23 @@ impl Copies {
     /// A ray came to a leaf without a copy, and these are its rows.
     pub(crate) fn visit(&self, first: usize, count: usize, rows: &[f32; 9 * WIDTH]) {
         let Some(mut claim) = self.visits.visit(first) else { return };
-        let taken = |used| Some(used + count + 1).filter(|&used| WIDTH * used <= self.rows.len());
         // Where there is no room, the claim is given back.
-        if let Ok(place) = self.used.fetch_update(Ordering::Relaxed, Ordering::Relaxed, taken) {
-            let start = WIDTH * place;
-            self.rows.write(&mut claim, start..start + 9 * count).copy_from_slice(&rows[..9 * count]);
-            Visits::publish(claim, place as u32);
+        let Some(place) = self.take(count + 1) else { return };
+        let start = WIDTH * place;
+        self.rows.write(&mut claim, start..start + 9 * count).copy_from_slice(&rows[..9 * count]);
+        Visits::publish(claim, place as u32);
+    }
+
+    /// Room for so many times `WIDTH` numbers: where, if there is any left.
+    fn take(&self, more: usize) -> Option<usize> {
+        let mut used = self.used.load(Ordering::Relaxed);
+        while WIDTH * (used + more) <= self.rows.len() {
+            match self.used.compare_exchange_weak(used, used + more, Ordering::Relaxed, Ordering::Relaxed) {
+                Ok(place) => return Some(place),
+                Err(now) => used = now,
+            }
         }
+        None
     }
 
     /// Where it says whether there is a copy, a word for each reference, for who asks for memory ahead.
