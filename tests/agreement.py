@@ -177,7 +177,7 @@ def assert_true(
     return hits
 
 
-def assert_answers(hits: bihtree.Hits, expected: Truth, precision: str) -> None:
+def assert_answers(hits: Answers, expected: Truth, precision: str) -> None:
     """No fault; answers with the bits of others of this precision that had none need no proof again."""
     bits = {name: getattr(hits, name).tobytes() for name in ("t", "triangle", "u", "v", "instance")}
     known = expected.proved.setdefault(f"{precision} {hits.t.dtype}", {})

@@ -3,7 +3,7 @@
 Each work is tried with ever more memory beside what the process has, until it gets through. Whatever comes before must
 be an error that says how much was needed; then, with the limit gone, all answers are what they were. Prints how often
 each work was refused. A word before it gives it another subject, anew each time: `first-` a tree
-on demand, `new-` a tree, `placed-` and `crowd-` a scene.
+on demand, `new-` a tree, `placed-` and `crowd-` a scene. What `true-` answers in the end is proved by the oracle.
 """
 
 from __future__ import annotations
@@ -13,16 +13,19 @@ import re
 import resource
 import sys
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import bihtree
 import numpy as np
 from numpy.typing import NDArray
 
 from tests import meshes
-from tests.rays import around
+from tests.agreement import assert_answers, truth_of
+from tests.many_rays import BATCH, FEWER_RAYS, at_weak_places
+from tests.rays import Rays, around
 from tests.variants import FAST_VARIANTS, VARIANTS, Variant
 
 UNLIMITED = resource.getrlimit(resource.RLIMIT_AS)
@@ -72,6 +75,39 @@ def _built(variant: Variant, mesh: meshes.Triangles, _: bihtree.Tree) -> bihtree
     return variant.tree(*mesh)
 
 
+class Some(NamedTuple):
+    """Rows of answers."""
+
+    t: NDArray[np.floating]
+    triangle: NDArray[np.int32]
+    u: NDArray[np.floating]
+    v: NDArray[np.floating]
+    instance: NDArray[np.int32]
+
+
+@dataclass
+class Hard:
+    """Rays that the oracle decides: what a new tree answers when it gets through has to be the truth."""
+
+    mesh: meshes.Triangles
+    rays: Rays
+    answers: bihtree.Hits | None = None
+
+    def ask(self, variant: Variant, _: bihtree.Tree) -> None:
+        self.answers = variant.tree(*self.mesh).intersect(*self.rays)
+
+    def prove(self, precision: str) -> None:
+        assert self.answers
+        every = BATCH // FEWER_RAYS
+        found = self.answers
+        weights = found.u[::every], found.v[::every]
+        some = Some(found.t[::every], found.triangle[::every], *weights, found.instance[::every])
+        rays = (part[::every] for part in self.rays)
+        truth = truth_of(self.mesh, *rays, np.zeros(FEWER_RAYS), np.full(FEWER_RAYS, np.inf))
+        assert_answers(some, truth, precision)
+        self.answers = None
+
+
 def places(side: int) -> NDArray[np.float64]:
     """(side ** 2, 4, 4): next to each other, all within the unit square."""
     matrices = np.tile(np.diag([1 / side, 1 / side, 0.5, 1.0]), (side * side, 1, 1))
@@ -92,6 +128,7 @@ def main(names: list[str], folder: Path) -> None:
     passes = ["combined", "depth", "normal", "position", "cost", "triangle"]
     passes += ["instance", "object_index", "material_index"]
     few, many = places(10), places(100)
+    hard = Hard(small := meshes.icosphere(1), at_weak_places(small, BATCH))
     moved = mesh.vertices + np.float32(0.25)
 
     works: dict[str, Work] = {
@@ -136,6 +173,8 @@ def main(names: list[str], folder: Path) -> None:
 
     for variant in VARIANTS + FAST_VARIANTS:
         works[f"build-{variant}"] = partial(_built, variant, mesh)
+        works[f"true-{variant}"] = partial(hard.ask, variant)
+    proved = {f"true-{variant}": variant.precision for variant in VARIANTS}
     subjects: dict[str, Callable[[], Subject]] = {
         "": lambda: eager,
         "first": lambda: bihtree.Tree(*mesh, build="on_demand", threads=2),
@@ -146,6 +185,8 @@ def main(names: list[str], folder: Path) -> None:
     for name in names:
         kind, _, rest = name.rpartition("-") if name.split("-")[0] in subjects else ("", "", name)
         print(name, refusals(name, works[rest], subjects[kind], check))
+        if name in proved:
+            hard.prove(proved[name])
     check(bihtree.Tree.load(path))
 
 

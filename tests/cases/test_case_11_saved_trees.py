@@ -14,10 +14,11 @@ import numpy as np
 import pytest
 
 from tests import meshes
-from tests.rays import around
+from tests.many_rays import FEWER_RAYS, assert_all_true, at_weak_places
+from tests.rays import Rays, around
 from tests.saved_file import SavedFile, with_field
 from tests.small_files import SMALL, every_small, saved, with_rejected
-from tests.variants import FAST_VARIANTS, VARIANTS, every_tree
+from tests.variants import FAST_VARIANTS, VARIANTS, every_tree, every_tree_of_many_rays
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -58,6 +59,17 @@ def test_same_bits(variant, form, mmap, tmp_path):
     for mine, theirs in zip(loaded.traversal_cost(*rays), tree.traversal_cost(*rays), strict=True):
         if variant.options.get("build") != "on_demand":
             assert mine.tobytes() == theirs.tobytes()
+
+
+@every_tree_of_many_rays
+def test_many_rays(variant, tmp_path):
+    """A tree in the memory of its file is asked for half of them, one that was read for the others."""
+    mesh = meshes.icosphere(1)
+    variant.tree(*mesh).save(tmp_path / "tree")
+    origins, directions = at_weak_places(mesh, FEWER_RAYS)
+    for first, mmap in enumerate((True, False)):
+        tree = bihtree.Tree.load(tmp_path / "tree", mmap=mmap)
+        assert_all_true(tree, mesh, Rays(origins[first::2], directions[first::2]))
 
 
 @every_variant

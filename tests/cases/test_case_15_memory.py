@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.variants import FAST_VARIANTS, VARIANTS
+from tests.variants import FAST_VARIANTS, MANY_RAYS_VARIANTS, VARIANTS
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -29,6 +29,14 @@ def refusals(works, folder):
 
 def test_builds(tmp_path):
     works = [f"build-{variant}" for variant in VARIANTS + FAST_VARIANTS]
+    counts = refusals(works, tmp_path)
+    assert set(counts) == set(works)
+    assert all(count > 0 for count in counts.values()), counts
+
+
+def test_many_rays(tmp_path):
+    """Their answers, when there is just enough memory for them, are the oracle's."""
+    works = [f"true-{variant}" for variant in MANY_RAYS_VARIANTS]
     counts = refusals(works, tmp_path)
     assert set(counts) == set(works)
     assert all(count > 0 for count in counts.values()), counts
