@@ -130,16 +130,21 @@ def measure(
     answered: dict[str, dict[str, Answers]] = {}
     clocks: dict[str, list[tuple[float, float]]] = {}
     spent: dict[str, float] = {}
+    once: dict[str, float] = {}
     hits.rows += [Row(method.name, method.note, method.missing()) for method in methods]
     present = [
         (method, row) for method, row in zip(methods, hits.rows[-len(methods) :], strict=True) if not row.missing
     ]
     for turn in range(rounds + 1):
+        if turn == 1:
+            again = [row for _, row in present if row.name not in clocks]
+            progress.expect(sum(once[row.name] * (1 if row.every > 1 else rounds) for row in again))
         for number, (method, row) in enumerate(present):
             if turn and (row.name in clocks) and (row.every > 1 or spent[row.name] > SLOW):
                 continue
             where = f"{method.name}, round {turn} of {rounds}" if turn else method.name
-            progress.tell(where, (turn + number / len(present)) / (rounds + 1))
+            share = number / len(present)
+            progress.tell(where, (turn - 1 + share) / rounds if turn else share)
             started = perf_counter()
             built = method.build(mesh)
             ready = perf_counter()
@@ -147,13 +152,16 @@ def measure(
                 row.every = max(method.every(mesh, count), _affordable(built, kinds, patience))
             traced = perf_counter()
             answers = {name: built.trace(kind.rays.every(row.every)) for name, kind in kinds.items()}
-            seconds = (perf_counter() - traced) * sum(len(kind.truth) for kind in kinds.values())
+            seconds = perf_counter() - traced
+            once[row.name] = ready - started + seconds
+            seconds *= sum(len(kind.truth) for kind in kinds.values())
             seconds /= sum(len(found.triangle) for found in answers.values())
             if not turn:
                 _judge(row, answers, kinds, truth)
                 _facts(row, built, kinds, len(mesh.triangles))
                 if row.name == WATERTIGHT and isinstance(built, OurBuilt):
-                    hits.decided = {name: decided(built.tree.decision_cost(*kind.rays)) for name, kind in kinds.items()}
+                    given = {name: kind.rays.every(row.every) for name, kind in kinds.items()}
+                    hits.decided = {name: decided(built.tree.decision_cost(*rays)) for name, rays in given.items()}
                 answered[row.name] = answers
             spent[row.name] = perf_counter() - started
             # What is slow needs no warming up, and is measured once.
@@ -162,8 +170,8 @@ def measure(
             _time(row, clocks.get(row.name, []))
         hits.rounds = turn
         mark_fronts(hits.rows)
-    given = [(method, row.every, row.worst) for method, row in present]
-    hits.beside = worst_rays.beside(given, answered, kinds, mesh)
+    worst = [(method, row.every, row.worst) for method, row in present]
+    hits.beside = worst_rays.beside(worst, answered, kinds, mesh)
 
 
 def _affordable(built: Built, kinds: Mapping[str, Kind], patience: float) -> int:

@@ -8,7 +8,7 @@ from typing import Any
 from ..markdown import number
 from . import html_page as html
 from .decided import MEANS
-from .hits import COSTS, Hits, Row, cost_of, front_of
+from .hits import COSTS, FEW, SLOW, Hits, Row, cost_of, front_of
 from .methods import EXACT, WATERTIGHT
 from .plot import Plot, scatter
 
@@ -41,11 +41,21 @@ def section(hits: Hits) -> Iterator[str]:
         "what is clear, whole numbers decide the rest; it shares no code with the methods. An answer is wrong where a "
         "hit is missed, where nothing is hit and something is named, or where another triangle is nearer than the "
         "named one; of several at one distance any is right. A neighbour shares a corner with the right triangle: "
-        "it is wrong, and hardly seen in a picture. Aimed rays start inside the mesh (where it has an inside) "
-        "and aim at its vertices and edges; one leaks where it passes through what it hits. Bounced rays start "
-        f"1/10,000 of the scene's size off the surface. Medians of {hits.rounds} rounds in turn after one that warms "
-        "up, with ranges. Errors of t are those of right answers, in ulp of float32 at the true t. A large point is a "
-        "method that no other beats in both axes (the Pareto front)."
+        "it is wrong, and hardly seen in a picture. Methods in single precision round the vertices and rays of a "
+        "float64 mesh, and what they then get wrong counts."
+    )
+    yield html.paragraph(
+        "Aimed rays start inside the mesh (where it has an inside) and aim at its vertices and edges; one leaks where "
+        "it passes through what it hits. They are a fifth of all rays, far more than in a picture: what is wrong of a "
+        "million is said of this mix, and a table below has it by kind. Bounced rays start 1/10,000 of the scene's "
+        "size off the surface."
+    )
+    yield html.paragraph(
+        f"Medians of {hits.rounds} rounds in turn after one that warms up, with ranges; what takes more than "
+        f"{SLOW:.0f} s is measured once. A method that takes longer is given one ray in so many, and its seconds are "
+        "those of all rays in proportion. Errors of t are those of right answers, in ulp of float32 at the true t. "
+        "Bytes are those beside the mesh. A large point is a method that no other beats in both axes (the Pareto "
+        f"front), without those that were given less than one ray in {FEW}."
     )
     yield html.table(
         ["rays", "count", "that hit", "ties", "decided in whole numbers"],
@@ -67,7 +77,6 @@ def section(hits: Hits) -> Iterator[str]:
     yield html.table(heads, [_cells(row) for row in hits.rows if not row.missing and row.rays])
     notes = [f"{row.name}: {row.note}" for row in hits.rows if row.note and not row.missing]
     notes += [f"{row.name}: left out, {row.missing}" for row in hits.rows if row.missing]
-    notes += [f"{row.name}: given one ray in {row.every:,}" for row in hits.rows if row.every > 1]
     for note in notes:
         yield html.paragraph(note, "note")
     for plot in plots(hits):
@@ -82,13 +91,14 @@ def _cells(row: Row) -> list[str]:
         text = number(1e6 * count / row.rays)
         return html.marked(text, "bad") if count else text
 
+    few = f"one ray in {row.every:,}" if row.every > 1 else ""
     return [
-        html.marked(row.name, "front" if row.fronts else ""),
+        html.above(html.marked(row.name, "front" if row.fronts else ""), few),
         *(html.spanned(value, 1e3) for value in (row.build, row.trace, row.total)),
         a_million(row.false_hits + row.other_triangle),
         number(1e6 * row.neighbours / row.rays),
         a_million(row.missed),
-        f"{row.leaks:,} of {row.aimed:,}",
+        html.above(html.marked(f"{row.leaks:,}", "bad" if row.leaks else ""), f"of {row.aimed:,}"),
         number(row.t_error_max),
         number(row.t_error_999),
         number(row.bytes_a_triangle),
@@ -111,8 +121,8 @@ def _decided(hits: Hits) -> Iterator[str]:
         return
     yield html.heading(3, "What it took to decide")
     yield html.paragraph(
-        f"Tests of rays against triangles in {WATERTIGHT}, which decides as {EXACT} does. What one means cannot tell "
-        "is left to the next, from left to right. The share of tests that each decided:"
+        f"Tests of the rays that {WATERTIGHT} was given against triangles; {EXACT} decides as it does. What one means "
+        "cannot tell is left to the next, from left to right. The share of tests that each decided:"
     )
     yield html.table(
         ["rays", "tests a ray", *MEANS],
@@ -138,7 +148,8 @@ def _worst(hits: Hits) -> Iterator[str]:
     yield html.heading(3, "The worst rays")
     yield html.paragraph(
         "Of each method that is ever wrong the ray where it is furthest off, or one of those: triangle and t of the "
-        "truth and of each answer, the wrong ones in red. results.json has the rays, and more of them."
+        "truth and of each answer; in red is a miss or another triangle, not a t that is off. results.json has the "
+        "rays, and more of them."
     )
     whose: dict[tuple[str, int], list[str]] = {}
     for row in hits.rows:
@@ -152,5 +163,5 @@ def _worst(hits: Hits) -> Iterator[str]:
 
 
 def _answer(answer: dict[str, Any]) -> str:
-    text = "miss" if answer["t"] is None else f"{answer['triangle']} at {answer['t']:.7g}"
+    text = "miss" if answer["t"] is None else f"{answer['triangle']} at {answer['t'] + 0.0:.7g}"
     return html.marked(text, "bad") if answer.get("is_wrong") else text

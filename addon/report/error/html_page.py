@@ -24,9 +24,9 @@ th { border-bottom: 1px solid #555; vertical-align: bottom } th:first-child, td:
 .front { font-weight: bold } .bad { color: #b00 } .note { color: #555; font-size: 12.5px }
 .incomplete { border: 2px solid #b00; padding: .5em 1em; font-weight: bold }
 figure { margin: 1em 0; break-inside: avoid } figure svg { width: 100%; max-width: 760px; height: auto }
-img { max-width: 100%; image-rendering: pixelated }
+img { max-width: 100%; min-width: 20em; image-rendering: pixelated }
 @media print {
-  body { font-size: 9.5pt; margin: 0; max-width: none } table { font-size: 7.5pt; break-inside: auto }
+  body { font-size: 9.5pt; margin: 0; max-width: none } table { font-size: 7.5pt; break-inside: avoid }
   tr { break-inside: avoid } th, td { padding: 1px 4px } h2, h3 { break-after: avoid }
   @page { size: A4; margin: 14mm }
 }
@@ -81,8 +81,12 @@ def spanned(value: Span | None, factor: float = 1.0) -> str:
     middle = number(factor * value.median)
     if value.count < 2:
         return middle
-    between = f"{number(factor * value.least)} – {number(factor * value.most)}"
-    return Html(f'{escape(middle)}<br><span class="range">{escape(between)}</span>')
+    return above(middle, f"{number(factor * value.least)} – {number(factor * value.most)}")
+
+
+def above(text: str, below: str) -> str:
+    """A cell of two lines, the second one small; of one, where there is no second."""
+    return Html(f'{_cell(text)}<br><span class="range">{_cell(below)}</span>') if below else text
 
 
 def figure(plot: Plot) -> str:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 
 from ..markdown import number
 from . import html_page as html
+from .hits import SLOW
 from .image_error import Image, Row
 from .left_out import LeftOut
 from .plot import COLOURS, Plot, Point, Series
@@ -41,7 +42,7 @@ def image_section(image: Image) -> Iterator[str]:
         f"The preview render, {image.size}, all threads that the scene asks for: seconds from the arrays to the "
         "finished picture, what the tree takes to build included, with 1, 2, 4, … samples a pixel (the numbers at the "
         f"points of one curve, for all). The reference has {image.reference_samples} samples at other places, by the "
-        "default precision."
+        f"default precision. Medians with ranges; what takes more than {SLOW:.0f} s is measured once."
     )
     rows = [
         [row.name, str(row.samples), html.spanned(row.seconds, 1e3), number(1e3 * row.build_seconds), number(row.rmse)]
@@ -75,3 +76,5 @@ def left_out_section(left_out: LeftOut) -> Iterator[str]:
     ]
     heads = ["part", "", "why, and what that saves", "without, ms", "forced on, ms", "forced on ÷ without"]
     yield html.table(heads, rows, "words")
+    for note in left_out.notes:
+        yield html.paragraph(note, "note")

@@ -25,6 +25,11 @@ def facts() -> dict[str, str]:
     return found | {name: _version(package) for name, package in PACKAGES.items()}
 
 
+def load() -> str:
+    """How busy it is: others at work make every time longer."""
+    return f"{os.getloadavg()[0]:.1f}, the mean of a minute" if hasattr(os, "getloadavg") else "not known here"
+
+
 def cores() -> int:
     """That this process may use."""
     affinity = getattr(os, "sched_getaffinity", None)

@@ -50,7 +50,7 @@ def measured(subject: Subject, options: Options, methods: Sequence[Method], told
         vertices=len(mesh.vertices),
         vertex_precision=str(mesh.vertices.dtype),
         options=options.shown(),
-        machine=machine.facts(),
+        machine={**machine.facts(), "processes at work before it": machine.load()},
         notes=[*subject.scene.skipped],
     )
     started = perf_counter()
@@ -60,12 +60,13 @@ def measured(subject: Subject, options: Options, methods: Sequence[Method], told
         if "hits" in options.sections:
             hits.measure(results.hits, subject, methods, options.rays, options.rounds, options.patience, progress)
         if "image" in options.sections:
-            image_error.measure(results.image, subject, options.width, options.samples, options.rounds, progress)
+            image_error.measure(
+                results.image, subject, options.width, options.samples, options.rounds, options.patience, progress
+            )
         if "stability" in options.sections:
             stability.measure(results.stability, methods, options.sweep_rays, options.steps, options.rounds, progress)
         if "left out" in options.sections:
-            left_out.measure(results.left_out, subject, options.width, options.pairs, progress)
-        progress.end()
+            left_out.measure(results.left_out, subject, options.width, options.pairs, options.patience, progress)
     except bihtree.Cancelled:
         results.incomplete = "cancelled"
     except KeyboardInterrupt:

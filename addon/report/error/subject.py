@@ -44,6 +44,11 @@ class Subject:
             raise UserError(f"{self.source}: scene {self.scene.name!r} has no camera; add one and save the file again")
         return self.scene.camera
 
+    @property
+    def size(self) -> str:
+        """Of its picture."""
+        return f"{self.camera.width} x {self.camera.height}"
+
     def in_width(self, most: int) -> Subject:
         """The same picture in at most so many pixels across."""
         view = self.camera
