@@ -50,6 +50,9 @@ def test_every_sweep_has_its_ends_for_every_method_and_ours_is_right(results):
         for name in (FAST, WATERTIGHT, Naive().name):
             ks = [row.k for row in results.stability.of(sweep.name, name)]
             assert ks == sorted({sweep.ks[0], 0, sweep.ks[-1]})
+    # A thousand million sizes away single precision has made a point of the mesh.
+    hits = {k: row.hits for row in results.stability.of("offset", WATERTIGHT) if (k := row.k) in (0, 9)}
+    assert hits[0] > 10 and hits[9] == 0
     for row in rows:
         assert row.rays > 0 and row.nanoseconds_a_ray.count == 1
         if row.name == WATERTIGHT:

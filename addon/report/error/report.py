@@ -17,13 +17,13 @@ from .progress import Progress, Told
 from .results import Results
 from .subject import Subject
 
-SHARES = {
-    "hits": {"truth": (1.0, 0.3), "hits": (2.0, 8.0)},
-    "image": {"image": (4.0, 2.0)},
-    "stability": {"stability": (30.0, 6.0)},
-    "left out": {"left out": (5.0, 12.0)},
+SECONDS = {
+    "hits": {"truth": (8.0, 1.0), "hits": (15.0, 10.0)},
+    "image": {"image": (50.0, 3.0)},
+    "stability": {"stability": (300.0, 9.0)},
+    "left out": {"left out": (60.0, 15.0)},
 }
-"""How the parts of each section share the time, about: of a full report, and of a quick one."""
+"""What the parts of each section take, in seconds, about: of a full report, and of a quick one."""
 PAGE, JSON, CSV = "index.html", "results.json", "results.csv"
 
 
@@ -54,8 +54,8 @@ def measured(subject: Subject, options: Options, methods: Sequence[Method], told
         notes=[*subject.scene.skipped],
     )
     started = perf_counter()
-    shares = [part for name in options.sections for part in SHARES[name].items()]
-    progress = Progress(told, {part: of_quick if options.quick else of_full for part, (of_full, of_quick) in shares})
+    seconds = [part for name in options.sections for part in SECONDS[name].items()]
+    progress = Progress(told, {part: of_quick if options.quick else of_full for part, (of_full, of_quick) in seconds})
     try:
         if "hits" in options.sections:
             hits.measure(results.hits, subject, methods, options.rays, options.rounds, options.patience, progress)

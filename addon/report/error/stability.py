@@ -42,6 +42,8 @@ class Row:
     t_error_999: float | None
     nodes_a_ray: float | None
     nanoseconds_a_ray: Span | None
+    hits: int = 0
+    """How many of the rays truly hit."""
 
     @property
     def wrong_a_million(self) -> float:
@@ -121,6 +123,7 @@ def _step(sweep: Sweep, k: int, methods: Iterable[Method], rays: int, rounds: in
                 quantile(comparison.t_error, 0.999),
                 built.nodes(given),
                 span(seconds),
+                int(true.hit.sum()),
             )
         )
     return rows

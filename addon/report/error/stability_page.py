@@ -67,7 +67,8 @@ def section(stability: Stability) -> Iterator[str]:
     yield html.paragraph(
         "One that never breaks may be wrong all the same, as often at the start: below k are the wrong answers a "
         "million of its worst step, neighbours counted. The tables of the sweeps have wrong answers a million, below "
-        "them how many of these are neighbours, and the largest error of t in ulp of float32.",
+        "them how many of these are neighbours, and the largest error of t in ulp of float32; where no ray hits, the "
+        "mesh has collapsed in the numbers that its vertices have.",
     )
     yield html.table(
         ["sweep", *names],
@@ -79,7 +80,7 @@ def section(stability: Stability) -> Iterator[str]:
     drawn = {plot.name: plot for plot in plots(stability)}
     for sweep in stability.breaks:
         yield html.heading(3, f"{sweep.capitalize()}: {SWEEPS[sweep].k_is}")
-        yield html.table(["k", *names], _rows(stability, sweep, names))
+        yield html.table(["k, rays that hit", *names], _rows(stability, sweep, names))
         for curve in CURVES:
             yield html.figure(drawn[f"stability-{sweep.replace(' ', '-')}-{curve}"])
 
@@ -87,7 +88,9 @@ def section(stability: Stability) -> Iterator[str]:
 def _rows(stability: Stability, sweep: str, names: list[str]) -> Iterator[list[str]]:
     by_place = {(row.k, row.name): row for row in stability.rows if row.sweep == sweep}
     for k in sorted({k for k, _ in by_place}):
-        yield [str(k), *(_cell(by_place.get((k, name))) for name in names)]
+        found = [by_place.get((k, name)) for name in names]
+        most = max((row for row in found if row), key=lambda row: row.rays)
+        yield [html.above(str(k), f"{most.hits:,} of {most.rays:,}"), *map(_cell, found)]
 
 
 def _cell(row: Row | None) -> str:
