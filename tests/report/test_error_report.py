@@ -159,13 +159,14 @@ def test_a_slow_method_is_given_fewer_rays():
     assert found.hits.beside
 
 
-def test_a_method_that_had_to_wait_once_is_given_all_rays():
+@pytest.mark.parametrize(("seconds", "calls"), [(0.2, (2, 7)), (0.01, range(1, 21))])
+def test_a_method_that_had_to_wait_at_first_is_given_all_rays(seconds, calls):
     class Held(Wrong):
-        calls = 0
+        call = 0
 
         def trace(self, rays: Rays) -> Answers:
-            self.calls += 1
-            sleep(0.2 if self.calls in (2, 7) else 0)
+            self.call += 1
+            sleep(seconds if self.call in calls else 0)
             return super().trace(rays)
 
     options = replace(SMALL, rays=1000, patience=1.0)

@@ -22,8 +22,8 @@ from .rays import Kind
 from .subject import Subject
 from .truth import Nearest, Truth
 
-TRIED, TRIES = 8, 4
-"""Rays of each kind that are tried to see how long a method takes, and how often."""
+TRIED, TRIES, LONG = 8, 4, 0.1
+"""Rays of each kind that are tried at first to see how long a method takes, how often, and seconds that tell it."""
 FEW = 10
 """A method that is given less than one ray in so many is on no front."""
 SLOW = 5.0
@@ -175,19 +175,26 @@ def measure(
 
 
 def _affordable(built: Built, kinds: Mapping[str, Kind], patience: float) -> int:
-    """One ray in so many takes about `patience` seconds; a few are tried, again where they take long: the first time
-    warms up, and a busy machine lets any wait."""
-    few = [kind.rays.every(max(1, len(kind.truth) // TRIED)) for kind in kinds.values()]
-    share = sum(len(kind.truth) for kind in kinds.values()) / max(1, sum(len(rays.origins) for rays in few))
-    least = inf
-    for _ in range(TRIES):
-        started = perf_counter()
-        for rays in few:
-            built.trace(rays)
-        least = min(least, perf_counter() - started)
-        if least * share <= patience:
-            return 1
-    return ceil(least * share / patience)
+    """One ray in so many takes about `patience` seconds; few are tried, and more where these seem to take long: a busy
+    machine lets any wait."""
+    count = sum(len(kind.truth) for kind in kinds.values())
+    few = TRIED
+    while True:
+        some = [kind.rays.every(max(1, len(kind.truth) // few)) for kind in kinds.values()]
+        share = count / max(1, sum(len(rays.origins) for rays in some))
+        least = inf
+        for _ in range(TRIES):
+            started = perf_counter()
+            for rays in some:
+                built.trace(rays)
+            least = min(least, perf_counter() - started)
+            if least * share <= patience:
+                return 1
+            if least < LONG:
+                break
+        if least >= LONG or share <= 1:
+            return ceil(least * share / patience)
+        few *= 4
 
 
 def mark_fronts(rows: Sequence[Row]) -> None:
