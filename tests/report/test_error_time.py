@@ -133,7 +133,7 @@ def test_the_moved_stadium_fits(options):
     paces = {name: Pace(pace.fixed, pace.traced * share) for name, pace in STADIUM.items()}
     limit = PATIENT * options.patience
     plan = image_error.planned(paces, options.width, options.samples, options.rounds, limit)
-    assert plan.seconds <= limit and plan.samples >= 4 and plan.width >= 16
+    assert plan.seconds <= limit and plan.samples >= 4 and plan.width >= NARROWEST
     pace = paces["watertight"]
     width, pairs = left_out.planned(pace, options.width, options.pairs, 12, limit)
     assert pairs >= 3 and width >= NARROWEST
@@ -150,7 +150,7 @@ def test_a_slow_scene_has_fewer_samples_and_smaller_pictures_and_the_page_says_w
     assert names == [(samples, name) for samples in (1, 2, 4) for name in PRECISIONS]
     assert found.image.notes[0] == (
         "Pictures of 10 x 8 and at most 4 samples a pixel, not 80 across and 16 samples: this section may take some "
-        "400 s, and one of that width with 1 sample takes 500 s in watertight, 500 s in exact, 500 s in fast."
+        "300 s, and one of that width with 1 sample takes 500 s in watertight, 500 s in exact, 500 s in fast."
     )
     assert found.left_out.picture == "10 x 8, 1 sample a pixel"
     assert found.left_out.notes[0].startswith("5 pairs of pictures of 10 x 8, not 9 of 80 across: ")

@@ -11,7 +11,7 @@ from ...pipeline import preview
 from ..markdown import number
 from .subject import Subject
 
-PATIENT = 20
+PATIENT = 15
 """A section of pictures takes at most so many times the patience of a round of tracing."""
 SMALLER = (16, 4, 1)
 """Times narrower than the whole picture, one try after the other; each takes 16 times as long as the one before."""
