@@ -26,7 +26,6 @@ from addon.report.error.decided import MEANS, decided
 from addon.report.error.methods import EXACT, WATERTIGHT, Answers, Embree, Naive, Ours
 from addon.report.error.options import Options
 from addon.report.error.pareto import front
-from addon.report.error.plot import axis, scatter
 from addon.report.error.rays import SHARES, Rays
 from addon.report.error.subject import Subject, built_in
 from addon.report.error.truth import Truth
@@ -324,6 +323,19 @@ def test_an_empty_scene_is_one_line(tmp_path):
     assert not (tmp_path / "never").exists()
 
 
+def test_a_camera_that_sees_nothing(tmp_path):
+    ball = meshes.icosphere(2)
+    elsewhere = framing_view(bounds_of(ball.vertices + 100), 64, 48)
+    subject = Subject(SceneData.of_mesh(Mesh("ball", *ball), elsewhere), Settings(), "ball")
+    options = replace(SMALL, width=32, samples=2, sections=("hits", "image"))
+    found = report.measured(subject, options, [Ours(WATERTIGHT)], silent)
+    assert (found.hits.rays["camera"]["hit"], found.hits.rays["bounce"]["rays"]) == (0, 0)
+    assert found.hits.row(WATERTIGHT).nodes_a_ray > 0
+    assert all((row.rmse, row.psnr) == (0, None) for row in found.image.rows)
+    report.write(found, tmp_path)
+    assert "nan" not in (tmp_path / "results.json").read_text().lower()
+
+
 def test_a_scene_is_moved_with_its_camera():
     ball = subject_of(meshes.icosphere(1))
     moved = ball.moved(1e6)
@@ -360,35 +372,3 @@ def test_a_comparison_counts_each_kind_of_error():
     assert not leaks(Answers(rows, t), truth, changed, touches)[second]
     assert slipped[first] and not slipped[miss]
     assert ulp(np.array([1.0, 1.5, 2.0, 0.0])).tolist() == [2.0**-23, 2.0**-23, 2.0**-22, 2.0**-149]
-
-
-def test_zeros_stand_on_an_axis_of_their_own():
-    drawn = axis([0.0, 3.0, 250.0])
-    assert (drawn.low, drawn.high) == (0.1, 1000)
-    assert drawn.labels == ((0.1, "0"), (1.0, "1"), (10.0, "10"), (100.0, "100"), (1000.0, "1000"))
-    assert drawn.place(0.0) == 0.1
-    assert axis([]).labels
-    assert [text for _, text in axis([0.02, 0.3]).labels] == ["0.01", "0.02", "0.05", "0.1", "0.2", "0.5", "1"]
-    plot = scatter(
-        "a", "A", ("x", "y"), [("one", 1.0, 0.0, True), ("two", None, 1.0, False), ("three", 0.5, 2.0, True)]
-    )
-    assert [series.name for series in plot.series] == ["one", "three", "Pareto front"]
-    if not svg_plot.why_missing():
-        text = svg_plot.svg(plot)
-        assert text.startswith("<svg")
-        # Not among the numbers of the axis that it stands on.
-        heights = [float(y) for y in re.findall(r'<circle cx="[^"]*" cy="([^"]*)"', text)]
-        labels = [float(y) for y in re.findall(r'<text x="[^"]*" y="([^"]*)" class="label"', text)]
-        assert len(labels) == 2 and max(labels) < max(heights)
-
-
-def test_every_number_of_both_axes_is_drawn():
-    if reason := svg_plot.why_missing():
-        pytest.skip(reason)
-    plot = scatter("a", "A", ("x", "y"), [("one", 3.0, 0.0, True), ("two", 7e5, 2e4, False)])
-    text = svg_plot.svg(plot)
-    for which in ("x", "y"):
-        # Up to the next axis, or the curves.
-        axis_text = re.split(r'<g class="(?:axis|series)', text[text.index(f'<g class="axis {which}') + 1 :])[0]
-        drawn = re.findall(r"<text[^>]*>([^<]*)</text>", axis_text)
-        assert drawn == [label for _, label in plot.axis(which).labels]

@@ -24,6 +24,8 @@ from .truth import Nearest, Truth
 
 TRIED, TRIES, LONG = 8, 4, 0.1
 """Rays of each kind that are tried at first to see how long a method takes, how often, and seconds that tell it."""
+COUNTED = 8
+"""Of a slow method's rays one in so many is counted: nodes take as long as an answer, decisions eight times as long."""
 FEW = 10
 """A method that is given less than one ray in so many is on no front."""
 SLOW = 5.0
@@ -95,6 +97,8 @@ class Hits:
     rounds: int = 0
     decided: dict[str, Decided] = field(default_factory=dict)
     """By kind of ray: what it took to decide the tests of precision watertight."""
+    decided_every: int = 1
+    """One ray in so many was counted for that."""
     beside: list[dict[str, Any]] = field(default_factory=list)
     """The worst rays of the peers, with everybody's answers."""
 
@@ -160,7 +164,8 @@ def measure(
                 _judge(row, answers, kinds, truth)
                 _facts(row, built, kinds, len(mesh.triangles))
                 if row.name == WATERTIGHT and isinstance(built, OurBuilt):
-                    given = {name: kind.rays.every(row.every) for name, kind in kinds.items()}
+                    hits.decided_every = row.every * (COUNTED if row.every > 1 else 1)
+                    given = {name: kind.rays.every(hits.decided_every) for name, kind in kinds.items()}
                     hits.decided = {name: decided(built.tree.decision_cost(*rays)) for name, rays in given.items()}
                 answered[row.name] = answers
             spent[row.name] = perf_counter() - started
@@ -230,7 +235,8 @@ def _time(row: Row, clocks: Sequence[tuple[float, float]]) -> None:
 def _facts(row: Row, built: Built, kinds: Mapping[str, Kind], triangles: int) -> None:
     row.bytes = built.bytes()
     row.bytes_a_triangle = None if row.bytes is None else row.bytes / triangles
-    visited = [built.nodes(kind.rays.every(row.every)) for kind in kinds.values()]
+    every = row.every * (COUNTED if row.every > 1 else 1)
+    visited = [built.nodes(kind.rays.every(every)) for kind in kinds.values()]
     known = [nodes * len(kind.truth) for nodes, kind in zip(visited, kinds.values(), strict=True) if nodes is not None]
     row.nodes_a_ray = sum(known) / sum(len(kind.truth) for kind in kinds.values()) if len(known) == len(kinds) else None
 

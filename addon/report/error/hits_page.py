@@ -8,7 +8,7 @@ from typing import Any
 from ..markdown import number
 from . import html_page as html
 from .decided import MEANS
-from .hits import COSTS, FEW, SLOW, Hits, Row, cost_of, front_of
+from .hits import COSTS, COUNTED, FEW, SLOW, Hits, Row, cost_of, front_of
 from .methods import EXACT, WATERTIGHT
 from .plot import Plot, scatter
 
@@ -52,10 +52,11 @@ def section(hits: Hits) -> Iterator[str]:
     )
     yield html.paragraph(
         f"Medians of {hits.rounds} rounds in turn after one that warms up, with ranges; what takes more than "
-        f"{SLOW:.0f} s is measured once. A method that takes longer is given one ray in so many, and its seconds are "
-        "those of all rays in proportion. Errors of t are those of right answers, in ulp of float32 at the true t. "
-        "Bytes are those beside the mesh. A large point is a method that no other beats in both axes (the Pareto "
-        f"front), without those that were given less than one ray in {FEW}."
+        f"{SLOW:.0f} s is measured once. A method that takes longer is given one ray in so many, its seconds are "
+        f"those of all rays in proportion, and its nodes are counted in one of {COUNTED} of those. Errors of t are "
+        "those of right answers, in ulp of float32 at the true t. Bytes are those beside the mesh. A large point is a "
+        "method that no other beats in both axes (the Pareto front), without those that were given less than one ray "
+        f"in {FEW}."
     )
     yield html.table(
         ["rays", "count", "that hit", "ties", "decided in whole numbers"],
@@ -120,9 +121,10 @@ def _decided(hits: Hits) -> Iterator[str]:
     if not hits.decided:
         return
     yield html.heading(3, "What it took to decide")
+    which = "all rays" if hits.decided_every == 1 else f"one ray in {hits.decided_every:,}"
     yield html.paragraph(
-        f"Tests of the rays that {WATERTIGHT} was given against triangles; {EXACT} decides as it does. What one means "
-        "cannot tell is left to the next, from left to right. The share of tests that each decided:"
+        f"Tests of {which} against triangles in {WATERTIGHT}; {EXACT} decides as it does. What one means cannot tell "
+        "is left to the next, from left to right. The share of tests that each decided:"
     )
     yield html.table(
         ["rays", "tests a ray", *MEANS],

@@ -91,7 +91,7 @@ class OurBuilt:
         return self.tree.stats.tree_bytes
 
     def nodes(self, rays: Rays) -> float | None:
-        return float(self.tree.traversal_cost(*rays)[0].mean())
+        return float(self.tree.traversal_cost(*rays)[0].mean()) if len(rays.origins) else 0.0
 
 
 @dataclass(frozen=True)
