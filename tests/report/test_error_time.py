@@ -45,6 +45,11 @@ def test_time_left_is_that_of_the_parts_to_come_and_of_this_one():
     progress.tell("first", 0.2)
     # The first part took 20 s, and goes on twice as slowly as it was expected to.
     assert told == [("  0 %  one, about 40 s left", 0.0), ("  8 %  one: first, about 46 s left", 4 / 50)]
+    progress.expect_later("one", 99.0)
+    progress.expect_later("two", 31.0)
+    progress.tell("second", 0.2)
+    assert told[-1] == ("  8 %  one: second, about 47 s left", 4 / 50)
+    progress.expect_later("two", 30.0)
     progress.begin("two")
     assert told[-1] == (" 12 %  two, about 30 s left", 4 / 34)
     # It turns out to take ten minutes: less is done than was thought, and never less than was told.

@@ -37,6 +37,11 @@ class Progress:
         """All that is still to do of this part, whose share begins at 0 again, takes about so long."""
         self._expected, self._began = seconds, self._clock()
 
+    def expect_later(self, part: str, seconds: float) -> None:
+        """A part that is still to come takes about so long."""
+        if part in self._later:
+            self._later[part] = seconds
+
     def tell(self, what: str, share: float) -> None:
         """The share of this part that is done. Raises bihtree.Cancelled."""
         spent = self._clock() - self._started

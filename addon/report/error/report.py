@@ -13,6 +13,7 @@ from ...pipeline.files import written_beside
 from . import hits, image_error, left_out, machine, page, png_plot, result_files, stability
 from .methods import EXACT, WATERTIGHT, Method
 from .options import Options
+from .pace import PATIENT
 from .progress import Progress, Told
 from .results import Results
 from .subject import Subject
@@ -59,6 +60,10 @@ def measured(subject: Subject, options: Options, methods: Sequence[Method], told
     try:
         if "hits" in options.sections:
             hits.measure(results.hits, subject, methods, options.rays, options.rounds, options.patience, progress)
+            ours = results.hits.row(WATERTIGHT)
+            for part in ("image", "left out") if ours and ours.every > 1 else ():
+                # Pictures will be as long as they may.
+                progress.expect_later(part, PATIENT * options.patience)
         if "image" in options.sections:
             image_error.measure(
                 results.image, subject, options.width, options.samples, options.rounds, options.patience, progress
