@@ -23,6 +23,7 @@ from addon.report import error_arguments
 from addon.report.error import command, hits_page, html_page, page, png_plot, report, svg_plot
 from addon.report.error.comparison import compared, leaks, neighbours, ulp
 from addon.report.error.decided import MEANS, decided
+from addon.report.error.hits import Hits, Row, Span
 from addon.report.error.methods import EXACT, WATERTIGHT, Answers, Embree, Naive, Ours
 from addon.report.error.options import Options
 from addon.report.error.pareto import front
@@ -193,6 +194,13 @@ def test_the_front_is_marked(results):
     assert all(marked.values())
     # Nobody's t is nearer to the truth.
     assert EXACT in marked["hits-precision"] and ("nodes" in ours.fronts) == (WATERTIGHT in marked["hits-nodes"])
+
+
+def test_few_rays_are_counted_and_not_made_millions():
+    found = Hits(rows=[Row("few", "", every=100, rays=20, aimed=4, total=Span(1.0, 1.0, 1.0, 1))])
+    assert "few, 20 rays" in {series.name for plot in hits_page.plots(found) for series in plot.series}
+    text = "".join(hits_page.section(found))
+    assert "one ray in 100" in text and text.count("of 20 rays") == 2
 
 
 def test_fronts():

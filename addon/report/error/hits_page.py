@@ -23,14 +23,19 @@ def plots(hits: Hits) -> list[Plot]:
             f"hits-{cost}",
             f"Wrong answers against {what}",
             (what, WRONG),
-            [(row.name, cost_of(row, cost), row.wrong_a_million, cost in row.fronts) for row in rows],
+            [(_legend(row), cost_of(row, cost), row.wrong_a_million, cost in row.fronts) for row in rows],
         )
         for cost, what in COSTS.items()
     ]
     precise = front_of(rows, "seconds", lambda row: row.t_error_999)
-    error = [(row.name, cost_of(row, "seconds"), row.t_error_999, row.name in precise) for row in rows]
+    error = [(_legend(row), cost_of(row, "seconds"), row.t_error_999, row.name in precise) for row in rows]
     titles = (COSTS["seconds"], "99.9 % error of t, ulp of float32")
     return [*found, scatter("hits-precision", "Error of t against seconds", titles, error)]
+
+
+def _legend(row: Row) -> str:
+    """Few rays prove little, whoever is right about all of them."""
+    return f"{row.name}, {row.rays:,} rays" if row.every > FEW else row.name
 
 
 def section(hits: Hits) -> Iterator[str]:
@@ -89,6 +94,8 @@ def section(hits: Hits) -> Iterator[str]:
 
 def _cells(row: Row) -> list[str]:
     def a_million(count: int) -> str:
+        if row.every > FEW:
+            return html.above(html.marked(f"{count:,}", "bad") if count else "0", f"of {row.rays:,} rays")
         text = number(1e6 * count / row.rays)
         return html.marked(text, "bad") if count else text
 
@@ -97,7 +104,7 @@ def _cells(row: Row) -> list[str]:
         html.above(html.marked(row.name, "front" if row.fronts else ""), few),
         *(html.spanned(value, 1e3) for value in (row.build, row.trace, row.total)),
         a_million(row.false_hits + row.other_triangle),
-        number(1e6 * row.neighbours / row.rays),
+        f"{row.neighbours:,}" if row.every > FEW else number(1e6 * row.neighbours / row.rays),
         a_million(row.missed),
         html.above(html.marked(f"{row.leaks:,}", "bad" if row.leaks else ""), f"of {row.aimed:,}"),
         number(row.t_error_max),

@@ -116,8 +116,10 @@ def summary(results: Results) -> list[str]:
     lines = []
     for row in results.hits.rows:
         if row.missing:
-            lines.append(f"{row.name:<16} left out: {row.missing}")
+            lines.append(f"{row.name:<18} left out: {row.missing}")
         elif row.total:
-            a_million = f"{row.wrong_a_million:12,.1f} wrong a million"
-            lines.append(f"{row.name:<16} {row.total.median:9.3f} s {a_million}  {row.leaks:,} leaks")
+            wrong = f"{row.wrong_a_million:12,.1f} wrong a million"
+            if row.every > hits.FEW:
+                wrong = f"{row.wrong:12,} wrong of {row.rays:,}"
+            lines.append(f"{row.name:<18} {row.total.median:9.3f} s {wrong}  {row.leaks:,} leaks")
     return lines
