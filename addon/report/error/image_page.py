@@ -62,7 +62,8 @@ def left_out_section(left_out: LeftOut) -> Iterator[str]:
     yield html.heading(2, "What was left out")
     yield html.paragraph(
         f"What this scene does without ({left_out.picture}): the picture has the same bits either way. What each part "
-        "would have cost is measured by forcing it on: both in turn, medians with ranges; the ratio is of pairs."
+        "would have cost is measured by forcing it on: both in turn, medians with ranges; the ratio is of pairs. "
+        "A dash stands where a part is kept, or cannot be forced on for this scene."
     )
     rows = [
         [
