@@ -72,8 +72,7 @@ def objects(
     if not flat:
         return np.zeros(len(scene.instance_mesh), OBJECT_DTYPE) if own is None else own
     rows = np.zeros(len(scene.instance_mesh), RANGED_DTYPE)
-    counts = [len(scene.meshes[row].triangles) for row in scene.instance_mesh]
-    rows["first_triangle"][1:] = np.cumsum(counts)[:-1]
+    rows["first_triangle"][1:] = np.cumsum(scene.triangle_counts)[:-1]
     if own is not None:
         for name in OBJECT_DTYPE.names or ():
             rows[name] = own[name]

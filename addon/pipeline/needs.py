@@ -63,7 +63,7 @@ class Plan:
         """Triangle rows of the flattened scene as rows of the whole one; -1 stays."""
         if self.reached.all():
             return rows
-        counts = np.array([len(self.whole.meshes[m].triangles) for m in self.whole.instance_mesh])
+        counts = self.whole.triangle_counts
         left_out = np.cumsum(np.where(self.reached, 0, counts))[self.reached]
         ends = np.cumsum(counts[self.reached])
         moved = rows + left_out[np.minimum(np.searchsorted(ends, rows, side="right"), len(ends) - 1)]
@@ -71,8 +71,8 @@ class Plan:
 
     def rows_of_instances(self, rows: NDArray[np.int32], instances: NDArray[np.int32]) -> NDArray[np.int32]:
         """Triangle rows of meshes as those of the flattened scene; -1 stays."""
-        counts = [len(self.scene.meshes[m].triangles) for m in self.scene.instance_mesh]
-        starts = np.cumsum([0, *counts[:-1]])
+        counts = self.scene.triangle_counts
+        starts = np.cumsum(counts) - counts
         return np.where(rows < 0, rows, rows + starts[np.maximum(instances, 0)]).astype(np.int32)
 
     def instances_of_all(self, rows: NDArray[np.int32]) -> NDArray[np.int32]:
@@ -286,6 +286,8 @@ def _why_whole(scene: SceneData, settings: Settings, passes: Collection[str], tr
     """Why all objects stay, wherever they are; empty where some may be left out."""
     if len(scene.instance_mesh) < 2:
         return "one object"
+    if settings.parts.get("objects out of reach"):
+        return "kept as asked"
     if tree_shown:
         return "the whole tree is shown"
     if "cost" in passes:
@@ -296,14 +298,14 @@ def _why_whole(scene: SceneData, settings: Settings, passes: Collection[str], tr
 def _apart(scene: SceneData, shadows: bool, distance: float) -> NDArray[np.bool_]:
     """(M,) the instances that no ray reaches; none where nothing else would be left."""
     apart = unreached(scene, shadows=shadows, distance=distance)
-    kept = sum(len(scene.meshes[m].triangles) for m in scene.instance_mesh[~apart])
+    kept = int(scene.triangle_counts[~apart].sum())
     return apart if kept else np.zeros(len(apart), bool)
 
 
 def _objects(scene: SceneData, apart: NDArray[np.bool_], why_whole: str) -> _Case:
     if not apart.any():
         return _Case(why_whole or "a ray may reach every object")
-    triangles = sum(len(scene.meshes[m].triangles) for m in scene.instance_mesh[apart])
+    triangles = int(scene.triangle_counts[apart].sum())
     count = int(np.count_nonzero(apart))
     what = f"{count:,} objects lie outside the picture, and where no shadow comes from"
     return _Case("", what, f"{triangles:,} triangles of the tree")
@@ -334,7 +336,7 @@ def _instances(scene: SceneData, settings: Settings, tree_shown: bool) -> _Case:
 def _transform(scene: SceneData) -> _Case:
     if scene.moves:
         return _Case("objects are moved, turned or scaled")
-    vertices = sum(len(scene.meshes[m].vertices) for m in scene.instance_mesh)
+    vertices = scene.vertex_count
     copied = "" if len(scene.instance_mesh) > 1 else " and not copied"
     what = "no object is moved, turned or scaled"
     return _Case("", what, f"{vertices:,} vertices not transformed{copied}")
@@ -345,7 +347,7 @@ def _double(scene: SceneData, settings: Settings, passes: Collection[str]) -> _C
         return _Case(FAST)
     doubles = [row for row in np.unique(scene.instance_mesh) if scene.meshes[row].vertices.dtype == np.float64]
     if not doubles:
-        vertices = sum(len(scene.meshes[m].vertices) for m in scene.instance_mesh)
+        vertices = scene.vertex_count
         return _Case("", "no mesh has double precision", f"{12 * vertices:,} bytes of vertices")
     if "cost" in passes:
         return _Case("the cost pass counts the work in double precision")
@@ -356,7 +358,7 @@ def _double(scene: SceneData, settings: Settings, passes: Collection[str]) -> _C
         with np.errstate(over="ignore"):
             if not (vertices.astype(np.float32) == vertices).all():
                 return _Case(f"object {scene.meshes[row].name!r} has vertices that single precision does not hold")
-    vertices = sum(len(scene.meshes[m].vertices) for m in scene.instance_mesh)
+    vertices = scene.vertex_count
     what = "single precision holds every vertex"
     return _Case("", what, f"{12 * vertices:,} bytes of vertices, and tests in double precision")
 

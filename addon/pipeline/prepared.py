@@ -98,7 +98,7 @@ class Prepared:
             "precision": stats.precision,
             "meshes": len(self.scene.meshes),
             "instances": len(self.scene.instance_mesh),
-            "vertices": sum(len(self.plan.scene.meshes[m].vertices) for m in self.plan.scene.instance_mesh),
+            "vertices": self.plan.scene.vertex_count,
             "triangles": made.triangles,
             "rejected": made.rejected,
             "nodes": made.nodes,

@@ -79,12 +79,11 @@ def _frustum(view: CameraView) -> NDArray[np.float64]:
 
 def _boxes(scene: SceneData) -> NDArray[np.float64]:
     """(M, 8, 3) corners of each instance's box in its own space, moved to the world."""
-    corners = {row: _corners(scene.meshes[row].vertices) for row in np.unique(scene.instance_mesh)}
-    moved = np.empty((len(scene.instance_mesh), 8, 3))
+    corners = np.array([_corners(mesh.vertices) for mesh in scene.meshes]).reshape(-1, 8, 3)[scene.instance_mesh]
     with np.errstate(over="ignore", invalid="ignore"):
-        for box, row, matrix in zip(moved, scene.instance_mesh, scene.instance_matrix, strict=True):
-            box[:] = corners[row] @ matrix[:3, :3].T + matrix[:3, 3]
-    return moved
+        turned: NDArray[np.float64] = corners @ scene.instance_matrix[:, :3, :3].transpose(0, 2, 1)
+        turned += scene.instance_matrix[:, None, :3, 3]
+    return turned
 
 
 def _corners(vertices: NDArray[np.floating[Any]]) -> NDArray[np.float64]:

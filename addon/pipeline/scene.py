@@ -60,8 +60,18 @@ class SceneData:
         return cls([mesh], np.zeros(1, np.int32), np.eye(4)[None], mesh.name, camera)
 
     @property
+    def triangle_counts(self) -> NDArray[np.int64]:
+        """(M,) of each instance."""
+        return np.array([len(mesh.triangles) for mesh in self.meshes], np.int64)[self.instance_mesh]
+
+    @property
     def triangle_count(self) -> int:
-        return sum(len(self.meshes[m].triangles) for m in self.instance_mesh)
+        return int(self.triangle_counts.sum())
+
+    @property
+    def vertex_count(self) -> int:
+        """Of all instances, as if each had its own."""
+        return int(np.array([len(mesh.vertices) for mesh in self.meshes], np.int64)[self.instance_mesh].sum())
 
     @property
     def moves(self) -> bool:
