@@ -24,7 +24,7 @@ TESTS = PROJECT / "tests" / "blender"
 
 REAL_BLENDER = (
     *("test_installed.py", "test_window.py", "test_viewport.py", "test_package.py"),
-    "test_overlay_window.py",
+    *("test_overlay_window.py", "test_many_window.py"),
 )
 """These start a Blender of their own, whichever module there is."""
 SHORT = ("test_engine.py", "test_export.py", "test_registration.py")

@@ -8,19 +8,19 @@ import bpy
 
 from ..pipeline.camera import CameraView
 from ..pipeline.errors import UserError
+from ..pipeline.scene import SceneData
 from ..pipeline.settings import Settings
 from .camera import camera_view
-from .export import contents
-from .modal_work import ModalWork
 from .properties import settings_of
-from .trees import NO_TREE, TREES, OfBuiltTree, sources
+from .scene_work import SceneWork
+from .trees import NO_TREE, TREES, OfBuiltTree, redraw, sources
 from .worker import Worker
 
 LOOK = (320, 240)
 """Pixels of the look that tells rays a second."""
 
 
-class BIH_OT_build(ModalWork, bpy.types.Operator):
+class BIH_OT_build(SceneWork, bpy.types.Operator):
     bl_idname = "bih.build"
     bl_label = "Build"
     bl_description = (
@@ -32,7 +32,9 @@ class BIH_OT_build(ModalWork, bpy.types.Operator):
 
     def started(self, context: bpy.types.Context) -> Worker[Any]:
         self._sources = sources(context)
-        return build_worker(context, settings_of(context.scene))
+        return build_worker(
+            self.scene_read(context), look(context.evaluated_depsgraph_get()), settings_of(context.scene)
+        )
 
     def finished(self, context: bpy.types.Context, result: Any) -> str:
         trees = TREES.of(context.scene)
@@ -55,12 +57,10 @@ class BIH_OT_free(OfBuiltTree, bpy.types.Operator):
         return {"FINISHED"}
 
 
-def build_worker(context: bpy.types.Context, settings: Settings) -> Worker[Any]:
-    """Read the scene here, build in a thread. Raises UserError."""
+def build_worker(scene: SceneData, view: CameraView | None, settings: Settings) -> Worker[Any]:
+    """Build in a thread, and trace what `view` sees."""
     from ..pipeline import built
 
-    depsgraph = context.evaluated_depsgraph_get()
-    scene, view = contents(depsgraph), look(depsgraph)
     return Worker("BIH build", lambda told: built.build(scene, settings, view, told=told))
 
 
@@ -71,14 +71,6 @@ def look(depsgraph: bpy.types.Depsgraph) -> CameraView | None:
         return camera_view(camera, depsgraph, *LOOK) if camera else None
     except UserError:
         return None
-
-
-def redraw(context: bpy.types.Context) -> None:
-    """All that shows trees: 3D viewports and the properties."""
-    for window in context.window_manager.windows:
-        for area in window.screen.areas:
-            if area.type in {"VIEW_3D", "PROPERTIES"}:
-                area.tag_redraw()
 
 
 def built_tree(context: bpy.types.Context) -> Any:

@@ -12,10 +12,10 @@ import numpy as np
 from ..pipeline.camera import distance_to_see
 from ..pipeline.errors import UserError
 from ..pipeline.settings import GOES_WITH, Settings
-from .build import built_tree, redraw
+from .build import built_tree
 from .modal_work import ModalWork
 from .properties import settings_of
-from .trees import TREES, OfBuiltTree, SceneTrees
+from .trees import TREES, OfBuiltTree, SceneTrees, redraw
 from .worker import Worker
 
 ROOM = 0.9

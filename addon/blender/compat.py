@@ -9,6 +9,11 @@ import bpy
 import numpy as np
 
 
+def keeps_memory_of_instances() -> bool:
+    """Whether `object_instances.foreach_get` leaves behind what the first object shows."""
+    return bpy.app.version < (5, 0, 0)
+
+
 def modifier_errors(modifier: bpy.types.Modifier) -> list[str]:
     """What geometry nodes say that goes wrong; Blender 5.0 was the first to tell. Other modifiers tell nobody."""
     return [warning.message for warning in getattr(modifier, "node_warnings", ()) if warning.type == "ERROR"]

@@ -82,7 +82,7 @@ class BihPreviewEngine(bpy.types.RenderEngine):
         if self._viewport is None:
             return
         try:
-            self._viewport.draw(self, context, depsgraph.scene_eval)
+            self._viewport.draw(self, context, depsgraph)
         except UserError as error:
             self.update_stats("", str(error))
 

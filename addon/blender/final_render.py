@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from dataclasses import replace
 from time import perf_counter
 from typing import Any
@@ -11,13 +12,15 @@ import bpy
 import numpy as np
 
 from ..pipeline import prepared
-from ..pipeline.camera import Tile
+from ..pipeline.camera import CameraView, Tile
 from ..pipeline.errors import UserError
 from ..pipeline.image import MISS_DEPTH
+from ..pipeline.instance_bounds import BoundsPicture
 from ..pipeline.looks import Reading
 from ..pipeline.mesh_cache import MeshCache
 from ..pipeline.tree_cache import TreeCache
-from .export import scene_data
+from .camera import camera_view
+from .export import MANY, Export, cancelled
 from .passes import blender_passes, wanted_passes
 from .properties import settings_of
 
@@ -53,14 +56,18 @@ def render(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph, kept:
     settings = replace(settings, passes=wanted_passes(layer, settings.passes), parts=parts)
     progress = Progress(engine)
     started = perf_counter()
-    scene = scene_data(
-        depsgraph,
-        engine.resolution_x,
-        engine.resolution_y,
-        meshes=kept.meshes,
-        reading=Reading.of(settings, settings.passes),
-        progress=progress,
-    )
+    camera = depsgraph.scene_eval.camera
+    view = camera_view(camera, depsgraph, engine.resolution_x, engine.resolution_y) if camera else None
+    area = border(render, engine.resolution_x, engine.resolution_y)
+    export = Export(meshes=kept.meshes, reading=Reading.of(settings, settings.passes))
+    bounds = Bounds(engine, layer.name, view.part(area) if view else None)
+    with closing(export.steps(depsgraph)) as steps:
+        for share in steps:
+            if not progress("export", share):
+                raise cancelled()
+            bounds.show(export)
+    bounds.show(export, is_last=True)
+    scene = replace(export.scene(depsgraph), camera=view)
     if scene.skipped:
         engine.report({"WARNING"}, "BIH Preview: " + "; ".join(scene.skipped))
     ready = prepared.prepare(
@@ -75,7 +82,6 @@ def render(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph, kept:
     for name in settings.passes:
         for label, channels in blender_passes(name):
             engine.add_pass(label, len(channels), channels, layer=layer.name)
-    area = border(render, engine.resolution_x, engine.resolution_y)
     started = perf_counter()
     for band, done, share in bands(area, len(scene.instance_mesh)):
         passes = ready.picture(tile=band, progress=progress.part(done, share))
@@ -104,6 +110,26 @@ class Progress:
     def part(self, done: float, share: float) -> Callable[[float], bool]:
         """The same for a part of the picture, which begins when `done` of all is done and is `share` of all."""
         return lambda fraction: self("trace", done + share * fraction)
+
+
+class Bounds:
+    """Shows the boxes of many instances as the picture, until there is one: some of them while the others are read."""
+
+    def __init__(self, engine: bpy.types.RenderEngine, layer: str, view: CameraView | None) -> None:
+        self._engine, self._layer = engine, layer
+        self._picture = BoundsPicture(view) if view else None
+        self._drawn, self._next = 0, MANY
+
+    def show(self, export: Export, *, is_last: bool = False) -> None:
+        """Where there are many, as often as their number has doubled: a picture takes a while of its own."""
+        count = export.shown_count
+        if self._picture is None or count < (MANY if is_last else self._next):
+            return
+        self._picture.add(export.boxes(self._drawn))
+        self._drawn, self._next = count, 2 * count
+        view = self._picture.view
+        place = (0, 0, view.width, view.height)
+        _show(self._engine, self._layer, {"combined": self._picture.pixels()}, place)
 
 
 def bands(area: Tile, instances: int = 1) -> Iterator[tuple[Tile, float, float]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -14,16 +15,27 @@ from .worker import Worker
 
 TICK = 0.05
 
+SLICE = 0.1
+"""Seconds of reading at a time, at least: then the window goes on."""
+
 
 class ModalWork:
-    """What such an operator has beside bpy.types.Operator: `started` reads the scene and starts the thread, `finished`
-    puts its result where it belongs. Both run in Blender's own thread, and may raise UserError."""
+    """What such an operator has beside bpy.types.Operator: `read` reads the scene, `started` starts the thread,
+    `finished` puts its result where it belongs. All run in Blender's own thread, and may raise UserError; `ended` is
+    called whatever became of it."""
 
     work: Any = None
-    """The Worker, while there is one."""
+    """The Worker, while there is one; before it something is read."""
     is_in_window = False
     _timer: Any = None
     _began = 0.0
+
+    def read(self, context: bpy.types.Context, seconds: float) -> bool:
+        """Read for so long or a little longer; whether all is read."""
+        return True
+
+    def share_read(self) -> float:
+        return 0.0
 
     def started(self, context: bpy.types.Context) -> Worker[Any]:
         raise NotImplementedError
@@ -32,16 +44,18 @@ class ModalWork:
         """One line for the status bar."""
         raise NotImplementedError
 
+    def ended(self, context: bpy.types.Context) -> None:
+        """Let go of what was read."""
+
     def line(self) -> str:
         """How far it is, in a few words."""
-        share, passed = self.work.share, perf_counter() - self._began
-        left = f", {passed / share - passed:.0f} s left" if share > 0.05 and passed > 1.0 else ""
-        return f"{self.work.line} {share:.0%}{left}"
+        what, share = (self.work.line, self.work.share) if self.work else ("reading the scene", self.share_read())
+        return f"{what} {share:.0%}{time_left(share, perf_counter() - self._began)}"
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         """In a window: without freezing it."""
         self.is_in_window = True
-        if not self._start(context):
+        if not self._start(context, SLICE):
             return {"CANCELLED"}
         manager = context.window_manager
         self._timer = manager.event_timer_add(TICK, window=context.window)
@@ -50,38 +64,60 @@ class ModalWork:
         return {"RUNNING_MODAL"}
 
     def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        if event.type == "ESC":
+        if self.work is None:
+            return self._read_on(context, event)
+        if event.type == "ESC" and event.value == "PRESS":
             self.work.cancel()
         if event.type != "TIMER":
             return {"PASS_THROUGH"}
         if not self.work.is_done:
-            context.window_manager.progress_update(100 * self.work.share)
-            context.workspace.status_text_set(f"{self.bl_label}: {self.line()} (Esc ends it)")
+            self._tell(context)
             return {"PASS_THROUGH"}
         self._stop_telling(context)
         return self._end(context)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """From a script: when it returns, all is done."""
-        if not self._start(context):
+        if not self._start(context, math.inf):
             return {"CANCELLED"}
         self.work.wait()
         return self._end(context)
 
     def cancel(self, context: bpy.types.Context) -> None:
         """Blender closes, or another file is opened."""
-        if self.work is None:
-            return
-        self.work.cancel()
-        self.work.wait()
+        if self.work is not None:
+            self.work.cancel()
+            self.work.wait()
         self._stop_telling(context)
+        self.ended(context)
 
-    def _start(self, context: bpy.types.Context) -> bool:
+    def _read_on(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        """Nothing else is done in Blender meanwhile: what is read must not change."""
+        if event.type == "ESC" and event.value == "PRESS":
+            self._stop_telling(context)
+            self.ended(context)
+            self.report({"WARNING"}, f"{self.bl_label}: cancelled")
+            return {"CANCELLED"}
+        if event.type == "TIMER":
+            if not self._go_on(context, SLICE):
+                self._stop_telling(context)
+                return {"CANCELLED"}
+            self._tell(context)
+        return {"RUNNING_MODAL"}
+
+    def _start(self, context: bpy.types.Context, seconds: float) -> bool:
+        self._began = perf_counter()
+        return self._go_on(context, seconds)
+
+    def _go_on(self, context: bpy.types.Context, seconds: float) -> bool:
+        """Read, and start the thread once all is read. False where that goes wrong."""
         try:
             modules.require("bihtree")
-            self._began = perf_counter()
-            self.work = self.started(context)
+            if self.read(context, seconds):
+                self.work = self.started(context)
+                self._began = perf_counter()
         except UserError as error:
+            self.ended(context)
             self.report({"ERROR"}, str(error))
             return False
         return True
@@ -89,6 +125,7 @@ class ModalWork:
     def _end(self, context: bpy.types.Context) -> set[str]:
         worker = self.work
         self.work = None  # the operator outlives its work in Blender's list of what was done
+        self.ended(context)
         if worker.error:
             self.report({"ERROR"}, worker.error)
             return {"CANCELLED"}
@@ -102,6 +139,11 @@ class ModalWork:
             return {"CANCELLED"}
         return {"FINISHED"}
 
+    def _tell(self, context: bpy.types.Context) -> None:
+        share = self.work.share if self.work else self.share_read()
+        context.window_manager.progress_update(100 * share)
+        context.workspace.status_text_set(f"{self.bl_label}: {self.line()} (Esc ends it)")
+
     def _stop_telling(self, context: bpy.types.Context) -> None:
         if self._timer is None:
             return
@@ -109,6 +151,11 @@ class ModalWork:
         self._timer = None
         context.window_manager.progress_end()
         context.workspace.status_text_set(None)
+
+
+def time_left(share: float, passed: float) -> str:
+    """In words, after a comma; empty where it cannot be said yet."""
+    return f", {passed / share - passed:.0f} s left" if share > 0.05 and passed > 1.0 else ""
 
 
 class FileWork(ModalWork):

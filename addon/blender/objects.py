@@ -11,10 +11,12 @@ Row = tuple[int, int, int]
 
 
 class Objects:
-    """Rows for instances, each asked for once: a million of them may show a few objects."""
+    """Rows for instances, each asked for once: a million of them may show a few objects. `layer` is the view layer that
+    they are in, as Blender has it now."""
 
-    def __init__(self, depsgraph: bpy.types.Depsgraph, surfaces: Surfaces | None) -> None:
-        self._layer = depsgraph.view_layer
+    layer: bpy.types.ViewLayer | None = None
+
+    def __init__(self, surfaces: Surfaces | None) -> None:
         self._surfaces = surfaces
         self._rows: dict[tuple[object, ...], Row] = {}
 
@@ -33,5 +35,5 @@ class Objects:
     def _flags(self, owner: bpy.types.Object) -> int:
         hidden = 0 if owner.visible_camera else HIDDEN
         shadow = 0 if owner.visible_shadow else NO_SHADOW
-        held_out = owner.is_holdout or owner.original.holdout_get(view_layer=self._layer)
+        held_out = owner.is_holdout or owner.original.holdout_get(view_layer=self.layer)
         return hidden | shadow | (HOLDOUT if held_out else 0)

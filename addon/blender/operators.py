@@ -9,16 +9,14 @@ from pathlib import Path
 import bpy
 from bpy.props import BoolProperty, StringProperty
 
-from .camera import picture_size
-from .export import scene_data
-from .modal_work import ModalWork
 from .properties import settings_of
+from .scene_work import SceneWork
 from .worker import Worker
 
 FOR_SCRIPTS = {"HIDDEN", "SKIP_SAVE"}
 
 
-class BIH_OT_report(ModalWork, bpy.types.Operator):
+class BIH_OT_report(SceneWork, bpy.types.Operator):
     bl_idname = "bih.report"
     bl_label = "Error Report"
     bl_description = (
@@ -41,8 +39,9 @@ class BIH_OT_report(ModalWork, bpy.types.Operator):
         from .background import report_worker
 
         scene = context.scene
-        exported = scene_data(context.evaluated_depsgraph_get(), *picture_size(scene))
-        subject = Subject(exported, settings_of(scene), bpy.data.filepath or scene.name)
+        subject = Subject(
+            self.scene_read(context, with_camera=True), settings_of(scene), bpy.data.filepath or scene.name
+        )
         # What is empty is said at once.
         assert subject.mesh and subject.camera
         folder = Path(self.folder) if self.folder else _own_folder()

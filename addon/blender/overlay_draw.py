@@ -78,6 +78,11 @@ class Overlay:
         """Called by Blender for each viewport, with its matrices set."""
         scene = bpy.context.scene
         trees, chosen = TREES.of(scene), scene.bih_overlay
+        if trees.bounds is not None:
+            self._draw_bounds(scene, trees)
+            return
+        if scene.session_uid in self._layers:
+            self._layers[scene.session_uid].drop("bounds")
         if not trees.is_there:
             self._layers.pop(scene.session_uid, None)
             return
@@ -106,7 +111,7 @@ class Overlay:
         """The legend, and what stands beside nodes; called with one unit a pixel."""
         scene = bpy.context.scene
         chosen, trees = scene.bih_overlay, TREES.of(scene)
-        if not (trees.is_there and chosen.is_shown and chosen.legend and _shows_overlays()):
+        if not (trees.is_there and trees.bounds is None and chosen.is_shown and chosen.legend and _shows_overlays()):
             return
         from ..pipeline import overlay_legend_lines
         from . import overlay_text
@@ -119,6 +124,22 @@ class Overlay:
             lambda: overlay_legend_lines.entries(nodes, shown, first, last, path=trees.path),
         )
         overlay_text.draw(bpy.context, trees, chosen, entries)
+
+    def _draw_bounds(self, scene: bpy.types.Scene, trees: SceneTrees) -> None:
+        """Of what is read and built now, in place of any tree."""
+        if not scene.bih_overlay.is_shown or not _shows_overlays():
+            return
+        import gpu
+
+        from . import overlay_layers
+
+        gpu.state.blend_set("ALPHA")
+        drawn = self._layers_of(scene).layer(
+            "bounds", (trees.bounds,), lambda: Drawn(overlay_layers.bounds_outlines(trees.bounds))
+        )
+        _draw_outlines(drawn, in_front=True)
+        gpu.state.depth_test_set("NONE")
+        gpu.state.blend_set("NONE")
 
     def _layers_of(self, scene: bpy.types.Scene) -> Any:
         from .overlay_layers import Layers

@@ -10,14 +10,13 @@ from typing import Any
 import bpy
 from bpy.props import StringProperty
 
-from .camera import picture_size
-from .export import scene_data
 from .modal_work import FileWork
 from .properties import settings_of
+from .scene_work import SceneWork
 from .worker import Worker
 
 
-class BIH_OT_render_overlay(FileWork, bpy.types.Operator):
+class BIH_OT_render_overlay(FileWork, SceneWork, bpy.types.Operator):
     bl_idname = "bih.render_overlay"
     bl_label = "Save Overlay"
     bl_description = (
@@ -35,7 +34,7 @@ class BIH_OT_render_overlay(FileWork, bpy.types.Operator):
         path = self.path()
         outputs = preview.Outputs(overlay=path)
         preview.check_outputs(outputs)
-        scene = scene_data(context.evaluated_depsgraph_get(), *picture_size(context.scene))
+        scene = self.scene_read(context, with_camera=True)
         settings = replace(settings_of(context.scene), passes=outputs.passes)
 
         def work(told: Any) -> Path:

@@ -51,6 +51,9 @@ class Layers:
         made: Made = kept[1]
         return made
 
+    def drop(self, name: str) -> None:
+        self._made.pop(name, None)
+
 
 def outlines(built: BuiltTree, chosen: bpy.types.PropertyGroup, move: NDArray[Any] | None) -> Outlines:
     """Those of the chosen depths."""
@@ -68,6 +71,12 @@ def path_outlines(trees: SceneTrees) -> Outlines:
 def selected_outlines(trees: SceneTrees) -> Outlines:
     assert trees.main is not None
     return sorted_outlines(overlay_boxes.whole_boxes(trees.main.nodes[[trees.selected]]))
+
+
+def bounds_outlines(boxes: NDArray[np.float64]) -> Outlines:
+    """Those of boxes (N, 2, 3) of what is read and built."""
+    corners = np.where(overlay_boxes.CORNERS, boxes[:, None, 1], boxes[:, None, 0]).astype(np.float32)
+    return sorted_outlines(overlay_boxes.chunks_of(overlay_style.Kind.BOX, 0, corners))
 
 
 def selected_box(trees: SceneTrees) -> NDArray[np.float32]:

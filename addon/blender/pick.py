@@ -9,8 +9,8 @@ import bpy
 from bpy.props import EnumProperty, FloatVectorProperty
 
 from ..pipeline.errors import UserError
-from .build import built_tree, redraw
-from .trees import TREES, OfBuiltTree
+from .build import built_tree
+from .trees import TREES, OfBuiltTree, redraw
 
 
 class BIH_OT_pick_ray(OfBuiltTree, bpy.types.Operator):

@@ -8,8 +8,7 @@ from typing import Any
 import bpy
 from bpy.props import FloatProperty
 
-from .build import redraw
-from .trees import TREES, OfBuiltTree
+from .trees import TREES, OfBuiltTree, redraw
 
 
 class BIH_OT_play_construction(OfBuiltTree, bpy.types.Operator):

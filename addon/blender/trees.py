@@ -29,6 +29,8 @@ class SceneTrees:
     path: RayPath | None = None
     selected: int = -1
     cost: CostMap | None = None
+    bounds: Any = None
+    """Boxes (N, 2, 3) of what is being read and built, where that is many instances."""
 
     @property
     def is_there(self) -> bool:
@@ -75,6 +77,14 @@ def sources(context: bpy.types.Context) -> frozenset[int]:
         and (shown.type != "EMPTY" or shown.instance_type != "NONE")
         and shown.visible_get()
     )
+
+
+def redraw(context: bpy.types.Context) -> None:
+    """All that shows trees: 3D viewports and the properties."""
+    for window in context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type in {"VIEW_3D", "PROPERTIES"}:
+                area.tag_redraw()
 
 
 NO_TREE = "no tree is built; press Build, or call bpy.ops.bih.build()"

@@ -5,23 +5,33 @@ The session's thread never touches bpy: a timer asks it for news, in Blender's o
 
 from __future__ import annotations
 
+import math
 import weakref
+from time import perf_counter
+from typing import Any
 
 import bpy
 import numpy as np
+from numpy.typing import NDArray
 
 from ..pipeline.camera import CameraView, Tile
+from ..pipeline.instance_bounds import BoundsPicture
 from ..pipeline.looks import Reading
 from ..pipeline.mesh_cache import MeshCache
+from ..pipeline.refinement import Step, view_of
 from ..pipeline.scene import SceneData
-from ..pipeline.session import Session, Shown
+from ..pipeline.session import Session
 from ..pipeline.settings import Settings
 from .camera import check_not_panoramic, viewport_border, viewport_view
-from .export import contents
+from .export import Export
+from .modal_work import time_left
 from .properties import settings_of
 
 TICK = 0.02
 """Seconds between two looks for a new picture."""
+
+SLICE, LONGEST_SLICE = 0.1, 1.0
+"""Seconds of reading at a redraw: then the window goes on."""
 
 PATIENCE = 0.03
 """Seconds that a redraw waits for the first picture of what has changed: it follows the mouse, and nobody feels it."""
@@ -39,54 +49,99 @@ class Viewport:
         self._pixel_size = 1
         self._view: CameraView | None = None
         self._place: Tile = (0, 0, 1, 1)
-        self._drawn: Shown | None = None
-        self._texture = None
-        self._poll = None
+        self._export: Export | None = None
+        """What is being read, where that takes a while, and until there is a picture of it."""
+        self._is_reading = False
+        self._began = self._left_off = 0.0
+        self._bounds: _Bounds | None = None
+        self._drawn: object = None
+        self._texture: Any = None
+        self._poll: Any = None
 
     def update(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
-        """The scene has changed."""
+        """The scene has changed. Where it shows many instances, redraws read them, part by part."""
         scene = depsgraph.scene_eval
         self._settings = settings_of(scene)
-        reading = Reading.of(self._settings, ("combined",))
-        self._scene = contents(depsgraph, meshes=self._meshes, space=context.space_data, reading=reading)
         self._samples = scene.bih.viewport_samples
-        self._view = None
+        self._view = self._bounds = None
+        self._export = Export(meshes=self._meshes, reading=Reading.of(self._settings, ("combined",)))
+        self._is_reading, self._left_off = True, 0.0
+        if not self._export.is_long(depsgraph):
+            self._read(context, depsgraph, math.inf)
+            self._export = None
 
-    def draw(self, engine: bpy.types.RenderEngine, context: bpy.types.Context, scene: bpy.types.Scene) -> None:
-        if self._scene is None or self._settings is None:
+    def draw(self, engine: bpy.types.RenderEngine, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
+        if self._settings is None:
             return
-        seen = context.region_data
+        scene, seen = depsgraph.scene_eval, context.region_data
         if seen.view_perspective == "CAMERA" and context.space_data.camera:
             check_not_panoramic(context.space_data.camera)
         whole, pixel_size = viewport_view(context.region, seen), engine.get_preview_pixel_size(scene)
         self._place = viewport_border(scene, context.space_data, seen, whole)
         view = whole.part(self._place)
-        if self._view is None or not _are_same(view, self._view) or pixel_size != self._pixel_size:
-            self._view, self._pixel_size = view, pixel_size
-            self._session.show(self._scene, self._settings, view, samples=self._samples, pixel_size=pixel_size)
-            self._session.wait(PATIENCE)
+        if self._is_reading:
+            self._read_on(context, depsgraph)
+        if not self._is_reading and self._scene is not None:
+            self._ask(self._scene, self._settings, view, pixel_size)
         self._tell(engine)
-        shown = self._session.shown
-        if shown is None:
+        pixels = self._seen(view)
+        if pixels is None:
             self._drawn = self._texture = None
         else:
-            self._draw(shown, engine, scene)
+            self._draw(pixels, engine, scene)
         self._keep_looking(engine)
 
+    def _ask(self, scene: SceneData, settings: Settings, view: CameraView, pixel_size: int) -> None:
+        """For a picture of what is seen, unless that was asked for."""
+        if self._view is None or not _are_same(view, self._view) or pixel_size != self._pixel_size:
+            self._view, self._pixel_size = view, pixel_size
+            self._session.show(scene, settings, view, samples=self._samples, pixel_size=pixel_size)
+            self._session.wait(PATIENCE)
+
+    def _read_on(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
+        """For as long as the window went on since the last time; at first not at all, so that it says what is done."""
+        now = perf_counter()
+        if self._left_off:
+            self._read(context, depsgraph, min(max(SLICE, now - self._left_off), LONGEST_SLICE))
+        else:
+            self._began = now
+        self._left_off = perf_counter()
+
+    def _read(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph, seconds: float) -> None:
+        assert self._export is not None
+        if self._export.read(depsgraph, context.space_data, seconds=seconds):
+            self._scene, self._is_reading = self._export.scene(depsgraph), False
+
+    def _seen(self, view: CameraView) -> NDArray[np.float32] | None:
+        """The newest picture, or the boxes of what there is none of yet."""
+        if self._export is not None and not self._is_reading and self._session.wait(0.0):
+            self._export = self._bounds = None
+        if self._export is None:
+            shown = self._session.shown
+            return None if shown is None else shown.pixels
+        if self._bounds is None or not _are_same(view, self._bounds.view):
+            self._bounds = _Bounds(view)
+        return self._bounds.pixels(self._export)
+
     def _tell(self, engine: bpy.types.RenderEngine) -> None:
+        if self._is_reading and self._export is not None:
+            share = self._export.share
+            left = time_left(share, perf_counter() - self._began)
+            engine.update_stats(f"Reading the scene {share:.0%}{left}", "")
+            return
         notes = "; ".join(self._scene.skipped) if self._scene else ""
         engine.update_stats(self._session.problem or self._session.activity, notes)
 
-    def _draw(self, shown: Shown, engine: bpy.types.RenderEngine, scene: bpy.types.Scene) -> None:
+    def _draw(self, picture: NDArray[np.float32], engine: bpy.types.RenderEngine, scene: bpy.types.Scene) -> None:
         """Over all that is asked for: a picture of another size is stretched."""
         import gpu
         from gpu_extras.presets import draw_texture_2d
 
-        if self._texture is None or shown is not self._drawn:
-            height, width, _ = shown.pixels.shape
-            pixels = gpu.types.Buffer("FLOAT", shown.pixels.size, np.ascontiguousarray(shown.pixels).ravel())
+        if self._texture is None or picture is not self._drawn:
+            height, width, _ = picture.shape
+            pixels = gpu.types.Buffer("FLOAT", picture.size, np.ascontiguousarray(picture).ravel())
             self._texture = gpu.types.GPUTexture((width, height), format="RGBA16F", data=pixels)
-            self._drawn = shown
+            self._drawn = picture
         gpu.state.blend_set("ALPHA_PREMULT")
         engine.bind_display_space_shader(scene)
         x, y, width, height = self._place
@@ -102,10 +157,31 @@ class Viewport:
             bpy.app.timers.register(self._poll, first_interval=TICK)
 
     def _is_behind(self) -> bool:
-        return bool(self._session.activity) or self._session.shown is not self._drawn
+        return self._is_reading or bool(self._session.activity) or self._is_new()
 
     def _has_news(self) -> bool:
-        return self._session.shown is not self._drawn or bool(self._session.problem)
+        return self._is_reading or self._is_new() or bool(self._session.problem)
+
+    def _is_new(self) -> bool:
+        """Whether there is a picture that is not drawn."""
+        shown = self._session.shown
+        return (None if shown is None else shown.pixels) is not self._drawn
+
+
+class _Bounds:
+    """A picture of the boxes of what is read in one view, made again when there are more."""
+
+    def __init__(self, view: CameraView) -> None:
+        self.view = view
+        self._picture = BoundsPicture(view_of(view, Step(2)))
+        self._drawn = -1
+        self._pixels: NDArray[np.float32] | None = None
+
+    def pixels(self, export: Export) -> NDArray[np.float32]:
+        if self._pixels is None or export.shown_count > self._drawn:
+            self._picture.add(export.boxes(max(self._drawn, 0)))
+            self._drawn, self._pixels = export.shown_count, self._picture.pixels()
+        return self._pixels
 
 
 def _poll(viewport: weakref.ref[Viewport], engine: weakref.ref[bpy.types.RenderEngine]):

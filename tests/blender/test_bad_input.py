@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import bihtree
@@ -10,12 +11,15 @@ import numpy as np
 import pytest
 from mathutils import Matrix
 
-from addon.blender import export, final_render
+from addon.blender import compat, final_render
+from addon.blender import export as export_module
 from addon.blender.compat import modifier_errors
-from addon.blender.export import contents
+from addon.blender.export import Export, contents
 from addon.blender.final_render import Progress
+from addon.blender.instance_matrices import Matrices
+from addon.pipeline.errors import UserError
 from addon.pipeline.scene import SceneData
-from tests.blender.scenes import add, add_camera, add_mesh, depsgraph, geometry_nodes
+from tests.blender.scenes import add, add_camera, add_light, add_mesh, depsgraph, geometry_nodes
 from tests.meshes import Triangles, icosphere
 
 
@@ -105,7 +109,7 @@ def test_a_library_that_is_gone(picture, tmp_path):
 
 
 def test_no_memory_for_one_mesh(picture, monkeypatch):
-    real = export.read_mesh
+    real = export_module.read_mesh
 
     def read(mesh: bpy.types.Mesh, name: str, *options: object) -> object:
         if name == "Heavy":
@@ -113,7 +117,7 @@ def test_no_memory_for_one_mesh(picture, monkeypatch):
         return real(mesh, name, *options)
 
     add_mesh("Heavy")
-    monkeypatch.setattr(export, "read_mesh", read)
+    monkeypatch.setattr(export_module, "read_mesh", read)
     assert "is left out: there is no memory for its mesh" in noted("Heavy")
 
 
@@ -163,6 +167,89 @@ def test_escape_during_the_export_ends_the_render(picture, monkeypatch):
     monkeypatch.setattr(final_render.prepared, "prepare", lambda *_, **__: built.append(None))
     assert bpy.ops.render.render() == {"FINISHED"}
     assert not built
+
+
+def test_an_export_in_parts_is_the_export(picture):
+    """As a window reads it between redraws, each time with what Blender gives it anew."""
+    many(30_000)
+    add_light("SUN")
+    whole, export = contents(depsgraph()), Export()
+    assert export.is_long(depsgraph())
+    shares = []
+    while not export.read(depsgraph(), None, seconds=0.0):
+        shares.append(export.share)
+        assert len(export.boxes(0)) == export.shown_count <= 30_001
+    assert len(shares) >= 3 and shares == sorted(set(shares)) and 0 < shares[0] and shares[-1] < 1 == export.share
+    parts = export.scene(depsgraph())
+    for name in ("instance_mesh", "instance_matrix", "lights", "objects", "surfaces"):
+        assert getattr(parts, name).tobytes() == getattr(whole, name).tobytes(), name
+    assert len(parts.instance_mesh) == 30_001
+    assert [m.vertices.tobytes() for m in parts.meshes] == [m.vertices.tobytes() for m in whole.meshes]
+    assert (parts.skipped, parts.name) == (whole.skipped, whole.name)
+
+
+@pytest.mark.parametrize("keep", [False, True])
+def test_matrices_that_are_read_one_by_one_are_the_same(picture, monkeypatch, keep):
+    """As before Blender 5.0, where the first object has instances: whether it is shown itself or not."""
+    for found in list(picture.collection.objects):
+        bpy.data.objects.remove(found)
+    owner = add_mesh("Many")
+    geometry_nodes(owner, keep=keep)
+    lost = add_mesh("Lost")
+    lost.parent = add("Parent", None)
+    lost.matrix_parent_inverse[0][3] = float("inf")
+    whole = contents(depsgraph())
+    monkeypatch.setattr(compat, "keeps_memory_of_instances", lambda: True)
+    assert Matrices(depsgraph()).is_by_one
+    data = contents(depsgraph())
+    assert len(data.instance_mesh) == 8 + keep and data.skipped == whole.skipped
+    assert data.instance_matrix.tobytes() == whole.instance_matrix.tobytes()
+    bpy.data.objects.remove(owner)
+    assert not Matrices(depsgraph()).is_by_one
+
+
+def test_boxes_are_those_of_the_instances_evenly_chosen(picture, monkeypatch):
+    many(1000)
+    export = Export()
+    assert not export.is_long(depsgraph()) and export.read(depsgraph(), None, seconds=math.inf)
+    data, boxes = export.scene(depsgraph()), export.boxes()
+    for box, row, matrix in zip(boxes, data.instance_mesh, data.instance_matrix, strict=True):
+        world = data.meshes[row].vertices @ matrix[:3, :3].T + matrix[:3, 3]
+        np.testing.assert_allclose(box, [world.min(axis=0), world.max(axis=0)], atol=1e-5)
+    monkeypatch.setattr(export_module, "MOST_BOXES", 101)
+    assert export.boxes().tobytes() == boxes[::10].tobytes()
+    assert export.boxes(25).tobytes() == boxes[30::10].tobytes()
+
+
+def test_what_is_gone_in_the_middle_of_an_export_is_told(picture):
+    owner = many(30_000)
+    export = Export()
+    assert not export.read(depsgraph(), None, seconds=0.0)
+    bpy.data.objects.remove(owner)
+    with pytest.raises(UserError, match="the scene changed while it was read"):
+        export.read(depsgraph(), None, seconds=math.inf)
+
+
+def test_the_boxes_of_many_instances_are_the_first_picture(picture, monkeypatch):
+    """F12 shows more of them as they are read, then all, then what is traced."""
+    many(1000)
+    monkeypatch.setattr(export_module, "INSTANCES_A_TICK", 100)
+    monkeypatch.setattr(final_render, "MANY", 200)
+    shown: list[tuple[bool, np.ndarray]] = []
+    real, prepare, is_prepared = final_render._show, final_render.prepared.prepare, []
+
+    def show(engine: object, layer: str, passes: dict[str, np.ndarray], place: object) -> None:
+        shown.append((bool(is_prepared), passes["combined"]))
+        real(engine, layer, passes, place)
+
+    monkeypatch.setattr(final_render, "_show", show)
+    monkeypatch.setattr(final_render.prepared, "prepare", lambda *a, **k: (is_prepared.append(0), prepare(*a, **k))[1])
+    assert bpy.ops.render.render() == {"FINISHED"}
+    before = [pixels for is_traced, pixels in shown if not is_traced]
+    assert len(before) == 3 < len(shown)
+    assert [pixels.shape for pixels in before] == [(24, 32, 4)] * 3
+    counts = [np.count_nonzero(pixels[..., 3]) for pixels in before]
+    assert 0 < counts[0] <= counts[1] <= counts[2] and counts[0] < counts[2]
 
 
 def test_an_empty_scene_has_its_matrices(scene):

@@ -10,6 +10,7 @@ import bpy
 import numpy as np
 import pytest
 
+from addon.blender.export import contents
 from addon.blender.trees import TREES
 from addon.blender.worker import Worker
 from addon.pipeline import built
@@ -150,7 +151,8 @@ def test_a_worker_stops_when_it_is_told_to():
 def test_a_build_is_cancelled(ball):
     from addon.blender import build
 
-    worker = build.build_worker(bpy.context, build.settings_of(ball))
+    shown = contents(bpy.context.evaluated_depsgraph_get())
+    worker = build.build_worker(shown, None, build.settings_of(ball))
     worker.cancel()
     worker.wait()
     assert worker.error == "" and (worker.result is None or worker.result.tree)
