@@ -119,6 +119,7 @@ stress: export BIHTREE_EXAMPLES := 5000
 stress: export PROPTEST_CASES := 20000
 stress: $(VENV)/.tests $(VENV)/.bihtree
 	$(BIN)/python -m pytest --quiet tests/cases tests/native/test_integer_lattice.py tests/native/test_oracle.py
+	$(BIN)/python -m pytest --quiet tests/blender/test_bad_input.py tests/blender/test_viewport.py
 	$(BIN)/python -m tests.sweep_table build/stress
 	cd native && cargo test --quiet --locked --profile checks --package bih-core --test agreement
 	@$(MAKE) --no-print-directory mutations

@@ -26,7 +26,8 @@ class BIH_OT_report(SceneWork, bpy.types.Operator):
 
     quick: BoolProperty(
         name="Quick",
-        description="Fewer rays and rounds: about a minute of time instead of several; memory stays the same",
+        description="Fewer rays and rounds: about a minute of time instead of several, the same memory; small error "
+        "rates are less sure",
         default=True,
     )
     # A click of the button does not go on with what a script asked for.

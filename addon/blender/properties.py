@@ -71,57 +71,60 @@ PASS_TEXT = {
 class BihSettings(bpy.types.PropertyGroup):
     structure: EnumProperty(
         name="Structure",
-        description="How triangles are arranged for tracing. It changes build time, trace time and memory; "
-        "the picture stays the same",
+        description="How triangles are arranged for tracing. It changes build time, trace time and memory, and no "
+        "error: the picture stays the same",
         items=[(name, *STRUCTURE_TEXT[name]) for name in STRUCTURES],
     )
     layout: EnumProperty(
         name="Layout",
-        description="How the tree is stored: for little trace time or for little memory. The picture stays the same",
+        description="How the tree is stored: for little trace time or for little memory. It makes no error: the "
+        "picture stays the same",
         items=[(name, *LAYOUT_TEXT[name]) for name in LAYOUTS],
     )
     heuristic: EnumProperty(
         name="Heuristic",
-        description="Where nodes are split. It trades build time for trace time; memory changes little, "
-        "and the picture stays the same",
+        description="Where nodes are split. It trades build time for trace time; memory changes little, the error not "
+        "at all: the picture stays the same",
         items=[(name, *HEURISTIC_TEXT[name]) for name in HEURISTICS],
     )
     build: EnumProperty(
         name="Build",
         description="When the tree is built. On demand saves build time and memory where rays see a part of the "
-        "scene; the picture stays the same",
+        "scene. It makes no error: the picture stays the same",
         items=[(name, *text) for name, text in BUILD_TEXT.items()],
     )
     presort: EnumProperty(
         name="Presort",
         description="The bucket sort before the global heuristic. It changes build time and the memory that building "
-        "takes; the tree and the picture stay the same",
+        "takes; the tree stays the same, and so does the error",
         items=[(name, *text) for name, text in PRESORT_TEXT.items()],
     )
     precision: EnumProperty(
         name="Precision",
-        description="How hits are decided. More precision costs trace time, not memory, and leaves fewer wrong pixels",
+        description="How hits are decided. More precision costs trace time, not memory, and has less error: fewer "
+        "wrong pixels",
         items=[(name, *PRECISION_TEXT[name]) for name in PRECISIONS],
     )
     leaf_size: IntProperty(
         name="Leaf Size",
-        description="Most triangles in a leaf; 0 is automatic: the structure chooses. Larger leaves build faster and "
-        "need less memory, smaller ones test fewer triangles for a ray; wide ones hold 8 at most. The picture stays "
+        description="Most triangles in a leaf; 0 is automatic: the structure chooses. Larger leaves take less build "
+        "time and memory, smaller ones fewer tests for a ray; wide ones hold 8 at most. No error: the picture stays "
         "the same",
         min=0,
         soft_max=64,
     )
     samples: IntProperty(
         name="Samples",
-        description="Rays a pixel. Trace time grows in proportion, jagged edges become smooth; memory stays the same",
+        description="Rays a pixel. Trace time grows in proportion, memory stays the same, and the error of edges and "
+        "soft light shrinks: with four times as many, by half or more",
         min=1,
         default=1,
         soft_max=64,
     )
     viewport_samples: IntProperty(
         name="Viewport Samples",
-        description="Rays a pixel in the viewport, one after another while you look. Edges become smooth as time goes "
-        "on; the first picture comes as soon, and memory stays the same",
+        description="Rays a pixel in the viewport, one after another while you look. The error of edges shrinks as "
+        "time goes on; the first picture comes as soon, and memory stays the same",
         min=1,
         default=16,
         soft_max=256,
@@ -129,42 +132,45 @@ class BihSettings(bpy.types.PropertyGroup):
     shadows: BoolProperty(
         name="Shadows",
         description="Trace a ray to each light from what the camera sees: up to one more ray for each light and "
-        "sample of time, no memory",
+        "sample of time, no memory. Without them the error is that nothing is in shadow",
         default=True,
     )
     shading: EnumProperty(
         name="Shading",
-        description="What the scene is lit by. Each light with shadows takes one more ray a sample of time, no memory",
+        description="What the scene is lit by. Each light with shadows takes one more ray a sample of time, no "
+        "memory; the headlight shows shapes without error, and not how they are lit",
         items=[(name, *SHADING_TEXT[name]) for name in SHADINGS],
     )
     soft_shadows: BoolProperty(
         name="Soft Shadows",
-        description="Give lights their size. Shadows get the soft edges they have, with noise that fades as the "
-        "samples grow: with four times as many, by half or more. The same rays, a little more time for each, no memory",
+        description="Give lights their size. Shadows get the soft edges they have, with noise, an error that fades as "
+        "the samples grow: with four times as many, by half or more. The same rays, a little more time for each, no "
+        "memory",
         default=Settings.soft_shadows,
     )
     ambient_occlusion: BoolProperty(
         name="Ambient Occlusion",
         description="Darken what the world's light or the headlight reaches only in part. One more ray a sample of "
-        "time, no memory; noise that fades as the samples grow",
+        "time, no memory; noise, an error that fades as the samples grow",
         default=Settings.ambient_occlusion,
     )
     ambient_occlusion_distance: FloatProperty(
         name="Distance",
         description="How far away a surface may darken another; 0 is without end. A shorter one takes less time and "
-        "the same memory, and leaves out what is further away",
+        "the same memory; what is further away is left out, which is an error",
         min=0.0,
         subtype="DISTANCE",
     )
     smooth: BoolProperty(
         name="Smooth Normals",
-        description="Shade smooth faces as smooth. It takes 36 bytes of memory a triangle where a mesh has such faces, "
-        "and little time; outlines and shadows stay those of the triangles",
+        description="Shade smooth faces as smooth. It takes 36 bytes of memory a triangle where a mesh has such "
+        "faces, and little time; outlines and shadows stay those of the triangles, so the error is at edges alone",
         default=Settings.smooth,
     )
     passes: EnumProperty(
         name="Passes",
-        description="Pictures to keep beside Combined. Each takes 4 to 16 bytes of memory a pixel and hardly any time",
+        description="Pictures to keep beside Combined. Each takes 4 to 16 bytes of memory a pixel, hardly any time, "
+        "and makes no error",
         items=[(name, name.replace("_", " ").title(), PASS_TEXT[name], 1 << bit) for bit, name in enumerate(PASSES)],
         options={"ENUM_FLAG"},
         default=set(DEFAULT_PASSES),
@@ -172,7 +178,7 @@ class BihSettings(bpy.types.PropertyGroup):
     overlay_depth: IntProperty(
         name="Overlay Depth",
         description="Deepest level of the tree that the overlay picture shows. Each level may double the planes to "
-        "draw, and so its time; the traced picture stays the same",
+        "draw, and so its time and memory; it makes no error: the traced picture stays the same",
         min=0,
         default=Settings.overlay_depth,
         soft_max=16,
