@@ -118,15 +118,15 @@ def measure(
     _show(section, f"the reference, {section.reference_samples} samples a pixel", reference)
     done = plan.reference
     for precision, samples, expected in plan.pictures:
-        shares = done / plan.seconds, (done + expected) / plan.seconds
-        done += expected
-        progress.tell(f"{precision}, {samples} samples", shares[0])
-        told = progress.of_picture(f"{precision}, {samples} samples", *shares)
+        what = f"{precision}, {samples} sample" + ("s" if samples > 1 else "")
+        progress.tell(what, done / plan.seconds)
         seconds: list[float] = []
         while len(seconds) < rounds and not (seconds and seconds[-1] > SLOW):
+            shares = [(done + expected * count / rounds) / plan.seconds for count in (len(seconds), len(seconds) + 1)]
             started = perf_counter()
-            picture, build = _traced(subject, precision, samples, seed, told)
+            picture, build = _traced(subject, precision, samples, seed, progress.of_picture(what, *shares))
             seconds.append(perf_counter() - started)
+        done += expected
         rmse = float(np.sqrt(((picture.astype(np.float64) - reference) ** 2).mean()))
         flipped = None if isinstance(difference, str) else difference(reference, picture)
         psnr = -20 * float(np.log10(rmse)) if rmse else None

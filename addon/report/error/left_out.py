@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from itertools import pairwise
 from time import perf_counter
 from typing import Any, NamedTuple
 
@@ -95,8 +96,8 @@ def measure(left_out: LeftOut, subject: Subject, width: int, pairs: int, patienc
     for place, (row, on) in enumerate(forced):
         progress.tell(row.name, place / len(forced))
         if row.name == ALL or _table(subject, on)[row.name]["kept"]:
-            told = progress.of_picture(row.name, place / len(forced), (place + 1) / len(forced))
-            _compare(row, subject, on, plan.pairs, told)
+            shares = [(place + done / (2 * plan.pairs)) / len(forced) for done in range(2 * plan.pairs + 1)]
+            _compare(row, subject, on, [progress.of_picture(row.name, *ends) for ends in pairwise(shares)])
 
 
 def _trace(subject: Subject, parts: Mapping[str, bool], told: TellsOfPicture | None = None) -> preview.Preview:
@@ -109,14 +110,14 @@ def _table(subject: Subject, parts: Mapping[str, bool]) -> dict[str, dict[str, A
     return {row["part"]: row for row in rows}
 
 
-def _compare(row: Row, subject: Subject, parts: Mapping[str, bool], pairs: int, told: TellsOfPicture) -> None:
-    """Each first in every other pair."""
+def _compare(row: Row, subject: Subject, parts: Mapping[str, bool], tellers: Sequence[TellsOfPicture]) -> None:
+    """Two pictures a pair, each first in every other one."""
     without: list[float] = []
     forced: list[float] = []
-    for pair in range(pairs):
-        for choice in ({}, parts) if pair % 2 else (parts, {}):
-            started = perf_counter()
-            _trace(subject, choice, told)
-            (forced if choice else without).append(perf_counter() - started)
+    for picture, told in enumerate(tellers):
+        choice = parts if picture % 4 in (0, 3) else {}
+        started = perf_counter()
+        _trace(subject, choice, told)
+        (forced if choice else without).append(perf_counter() - started)
     row.without, row.forced = span(without), span(forced)
     row.ratio = span([two / one for one, two in zip(without, forced, strict=True)])

@@ -14,7 +14,7 @@ TellsOfPicture = Callable[[str, float], bool]
 ENOUGH = 0.1
 """Where so much of a part is done, the rest is taken to go on like it."""
 SELDOM = 0.5
-"""Seconds between what is told of one picture."""
+"""Seconds between what is told of pictures."""
 
 
 class Progress:
@@ -24,7 +24,7 @@ class Progress:
         self._told, self._clock = told, clock
         self._later = dict(seconds)
         self._part, self._expected = "", 0.0
-        self._started = self._began = clock()
+        self._started = self._began = self._last = clock()
         self._furthest = 0.0
 
     def begin(self, part: str) -> None:
@@ -44,7 +44,8 @@ class Progress:
 
     def tell(self, what: str, share: float) -> None:
         """The share of this part that is done. Raises bihtree.Cancelled."""
-        spent = self._clock() - self._started
+        self._last = self._clock()
+        spent = self._last - self._started
         left = self._left(share) + sum(self._later.values())
         self._furthest = max(self._furthest, spent / (spent + left) if left else 1.0)
         name = what if what.startswith(self._part) else f"{self._part}: {what}"
@@ -53,17 +54,14 @@ class Progress:
 
     def of_picture(self, what: str, start: float, end: float) -> TellsOfPicture:
         """For the pipeline, which traces a picture between two shares of this part."""
-        last = self._clock()
 
         def told(stage: str, fraction: float) -> bool:
-            nonlocal last
-            if self._clock() - last < SELDOM:
+            if self._clock() - self._last < SELDOM:
                 return True
             try:
                 self.tell(what, start + (end - start) * (fraction if stage == "trace" else 0.0))
             except bihtree.Cancelled:
                 return False
-            last = self._clock()
             return True
 
         return told
