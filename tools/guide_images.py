@@ -1,6 +1,7 @@
 """The guide's pictures from the screenshots of the tests: python -m tools.guide_images
 
-tests/blender/test_overlay_window.py and test_viewport.py leave them, and where the regions are, in build/screenshots.
+tests/blender/test_overlay_window.py, test_viewport.py and test_many_window.py leave them, and where the regions are, in
+build/screenshots.
 """
 
 from __future__ import annotations
@@ -20,12 +21,13 @@ WIDTH = 640
 VIEWS = ("planes", "boxes", "leaves", "ray", "play", "cost", "on-demand", "compare", "mesh")
 RENDERED = {"border": "border", "large pixels": "pixel-size"}
 """Of Rendered mode: the screenshot, and the picture's name."""
+MANY = {"some": "many-read", "traced": "many-traced"}
 PANELS = {"panel": ("planes", "sidebar"), "node": ("node", "sidebar"), "properties": ("properties", "properties")}
 
 
 def main() -> int:
-    if not all((SCREENSHOTS / name).exists() for name in ("report.json", "viewport.json")):
-        tests = "tests/blender/test_overlay_window.py and test_viewport.py"
+    if not all((SCREENSHOTS / name).exists() for name in ("report.json", "viewport.json", "many.json")):
+        tests = "tests/blender/test_overlay_window.py, test_viewport.py and test_many_window.py"
         print(f"{SCREENSHOTS} has not all of them: run {tests} first", file=sys.stderr)
         return 1
     regions = json.loads((SCREENSHOTS / "report.json").read_text())
@@ -42,6 +44,9 @@ def main() -> int:
         width, height = place["width"], place["height"]
         seen = [place["x"] + width // 4, place["y"] + height // 4, width // 2, height // 2]  # what stands in the middle
         save(f"viewport {shot}", f"guide-{name}", seen, WIDTH)
+    x, y, across, height = json.loads((SCREENSHOTS / "many.json").read_text())["place"]
+    for shot, name in MANY.items():
+        save(f"many {shot}", f"guide-{name}", [x, y, across, height - 70], WIDTH)
     return 0
 
 

@@ -50,7 +50,7 @@ class ModalWork:
     def line(self) -> str:
         """How far it is, in a few words."""
         what, share = (self.work.line, self.work.share) if self.work else ("reading the scene", self.share_read())
-        return f"{what} {share:.0%}{time_left(share, perf_counter() - self._began)}"
+        return f"{what} {share:.0%}{time_left(share, perf_counter() - self._began)}".lstrip()
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         """In a window: without freezing it."""

@@ -41,6 +41,7 @@ def in_a_window(folder: Path) -> None:
     SCREENSHOTS.mkdir(parents=True, exist_ok=True)
     for name in SHOTS:
         shutil.copy(folder / f"{name}.png", SCREENSHOTS / f"many {name}.png")
+    shutil.copy(folder / "report.json", SCREENSHOTS / "many.json")
 
 
 def viewport(session: tuple[dict[str, Any], Path], name: str) -> NDArray[np.int64]:
