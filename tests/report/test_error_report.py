@@ -22,7 +22,7 @@ from addon.pipeline.settings import Settings
 from addon.report import error_arguments
 from addon.report.error import command, hits_page, html_page, page, png_plot, report, svg_plot
 from addon.report.error.comparison import compared, leaks, neighbours, ulp
-from addon.report.error.decided import MEANS, decided
+from addon.report.error.decided import MEANS, Decided, decided
 from addon.report.error.hits import Hits, Row, Span
 from addon.report.error.methods import EXACT, WATERTIGHT, Answers, Embree, Naive, Ours
 from addon.report.error.options import Options
@@ -198,9 +198,15 @@ def test_the_front_is_marked(results):
 
 def test_few_rays_are_counted_and_not_made_millions():
     found = Hits(rows=[Row("few", "", every=100, rays=20, aimed=4, total=Span(1.0, 1.0, 1.0, 1))])
+    found.rows[0].wrong_by_kind, found.rays = (
+        {"camera": 0},
+        {"camera": {"rays": 20, "hit": 1, "ties": 0, "in whole numbers": 0}},
+    )
+    found.decided = {"camera": Decided(1e6, {MEANS[0]: 1 - 2e-6, MEANS[1]: 2e-6}, dict.fromkeys(MEANS, 0.0))}
     assert "few, 20 rays" in {series.name for plot in hits_page.plots(found) for series in plot.series}
     text = "".join(hits_page.section(found))
-    assert "one ray in 100" in text and text.count("of 20 rays") == 2
+    assert text.count("one ray in 100") == 2 and text.count("of 20 rays") == 2
+    assert "99.9998 %" in text and "100.000 %" not in text
 
 
 def test_fronts():

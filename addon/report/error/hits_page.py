@@ -92,6 +92,10 @@ def section(hits: Hits) -> Iterator[str]:
     yield from _worst(hits)
 
 
+def _few(row: Row) -> str:
+    return f"one ray in {row.every:,}" if row.every > 1 else ""
+
+
 def _cells(row: Row) -> list[str]:
     def a_million(count: int) -> str:
         if row.every > FEW:
@@ -99,9 +103,8 @@ def _cells(row: Row) -> list[str]:
         text = number(1e6 * count / row.rays)
         return html.marked(text, "bad") if count else text
 
-    few = f"one ray in {row.every:,}" if row.every > 1 else ""
     return [
-        html.above(html.marked(row.name, "front" if row.fronts else ""), few),
+        html.above(html.marked(row.name, "front" if row.fronts else ""), _few(row)),
         *(html.spanned(value, 1e3) for value in (row.build, row.trace, row.total)),
         a_million(row.false_hits + row.other_triangle),
         f"{row.neighbours:,}" if row.every > FEW else number(1e6 * row.neighbours / row.rays),
@@ -120,7 +123,8 @@ def _by_kind(hits: Hits) -> Iterator[str]:
     yield html.heading(3, "Wrong answers by kind of ray")
     rows = [row for row in hits.rows if row.wrong_by_kind]
     yield html.table(
-        ["method", *kinds], [[row.name, *(f"{row.wrong_by_kind.get(kind, 0):,}" for kind in kinds)] for row in rows]
+        ["method", *kinds],
+        [[html.above(row.name, _few(row)), *(f"{row.wrong_by_kind.get(kind, 0):,}" for kind in kinds)] for row in rows],
     )
 
 
@@ -147,6 +151,7 @@ def _decided(hits: Hits) -> Iterator[str]:
 def _share(part: float) -> str:
     # Not all, however near to it: what is left is what the table is about.
     text = f"{100 * part:.3f}" if 0.999 < part < 1.0 else number(100 * part)
+    text = f"{100 * part:.9f}".rstrip("0") if text == "100.000" else text
     return f"{text} %" if part > 0.0 else "none"
 
 
