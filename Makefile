@@ -86,11 +86,13 @@ types: $(VENV)/.tests $(VENV)/.bihtree
 	$(BIN)/mypy
 	$(BIN)/python -m mypy.stubtest bihtree
 
+# What takes no time unoptimised, with debug assertions and checks of overflow; the rest faster.
 test-rust: | test-machine
-	cd native && cargo test --quiet --locked --profile checks
+	cd native && cargo test --quiet --locked --lib
+	cd native && cargo test --quiet --locked --profile checks --test '*'
 
 test-harness: | test-machine
-	cd benchmarks/harness && cargo test --quiet --locked --release --target-dir $(HARNESS)
+	cd benchmarks/harness && cargo test --quiet --locked --target-dir $(HARNESS)
 
 # An emulated ARM processor, AddressSanitizer, Miri, loom: where one is missing it is said; with CI set it is an error.
 test-neon test-address test-miri test-loom: test-%: | test-machine
