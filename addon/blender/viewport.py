@@ -65,7 +65,9 @@ class Viewport:
         self._samples = scene.bih.viewport_samples
         self._view = self._bounds = None
         self._export = Export(meshes=self._meshes, reading=Reading.of(self._settings, ("combined",)))
-        self._is_reading, self._left_off = True, 0.0
+        self._is_reading = True
+        if self._left_off:  # what changes again and again is seen, if only as boxes
+            self._left_off = self._began = perf_counter()
         if not self._export.is_long(depsgraph):
             self._read(context, depsgraph, math.inf)
             self._export = None

@@ -60,6 +60,7 @@ def changed(a: NDArray[np.int64], b: NDArray[np.int64]) -> NDArray[np.bool_]:
 def test_redraws_read_the_scene_part_by_part(session):
     shares = session[0]["shares"]
     assert len(shares) > 5 and shares == sorted(set(shares)) and shares[-1] < 1
+    assert session[0]["read_at_once"] > 0, "when the scene changes again its boxes are seen at the next redraw"
 
 
 def test_boxes_are_seen_before_the_picture(session):

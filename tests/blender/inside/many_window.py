@@ -90,6 +90,10 @@ def in_rendered_mode() -> Iterator[None]:
             w.shot(folder / "some.png")
         yield
     report["shares"] = shares
+    bpy.data.objects["Points"].location.z += 1.0
+    yield from w.until(lambda: seen()._is_reading and seen()._bounds is not None)
+    report["read_at_once"] = seen()._export.shown_count
+    yield from w.until(lambda: not seen()._is_reading)
     yield from snap("boxes")
     go_on.set()
     yield from w.until(lambda: not seen()._is_behind())
