@@ -28,7 +28,7 @@ REAL_BLENDER = (
 )
 """These start a Blender of their own, whichever module there is."""
 PYTEST = "import os, sys, pytest; code = pytest.main(sys.argv[1:]); sys.stdout.flush(); os._exit(code)"
-"""pytest, without the end of Blender: the module 4.2.23 crashes there once it has written a .glb, whoever asks for one."""
+"""pytest, without the end of Blender: the module 4.2.23 crashes there once it has written a .glb, whoever asks."""
 SHORT = ("test_engine.py", "test_export.py", "test_registration.py")
 
 
