@@ -91,8 +91,9 @@ test-rust: | test-machine
 	cd native && cargo test --quiet --locked --lib
 	cd native && cargo test --quiet --locked --profile checks --test '*'
 
+# As it is measured: the tests in Python run it.
 test-harness: | test-machine
-	cd benchmarks/harness && cargo test --quiet --locked --target-dir $(HARNESS)
+	cd benchmarks/harness && cargo test --quiet --locked --release --target-dir $(HARNESS)
 
 # An emulated ARM processor, AddressSanitizer, Miri, loom: where one is missing it is said; with CI set it is an error.
 test-neon test-address test-miri test-loom: test-%: | test-machine
