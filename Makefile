@@ -86,7 +86,7 @@ types: $(VENV)/.tests $(VENV)/.bihtree
 	$(BIN)/mypy
 	$(BIN)/python -m mypy.stubtest bihtree
 
-# What takes no time unoptimised, with debug assertions and checks of overflow; the rest faster.
+# What runs for seconds is compiled unoptimised, which is quick, with debug assertions and checks of overflow.
 test-rust: | test-machine
 	cd native && cargo test --quiet --locked --lib
 	cd native && cargo test --quiet --locked --profile checks --test '*'

@@ -15,6 +15,16 @@ from tests.meshes import Triangles
 from tests.oracle import Oracle, Truth, ulp
 
 
+class Rows(NamedTuple):
+    """Answers that a test makes of bihtree.Hits."""
+
+    t: NDArray[np.floating]
+    triangle: NDArray[np.int32]
+    u: NDArray[np.floating]
+    v: NDArray[np.floating]
+    instance: NDArray[np.int32]
+
+
 class Answers(Protocol):
     """bihtree.Hits, or some of its rows."""
 

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
-from typing import NamedTuple
 
 import bihtree
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tests.agreement import faults, truth_of
+from tests.agreement import Rows, faults, truth_of
 from tests.meshes import Triangles
 from tests.oracle import Truth
 from tests.rays import Rays
@@ -94,21 +93,12 @@ def flattened(shown: Sequence[Triangles], matrices: Matrix) -> Triangles:
     return Triangles(np.concatenate(parts), np.concatenate(triangles).astype(np.int32))
 
 
-class Flat(NamedTuple):
-    """The answers of a scene as those of one mesh: bihtree.Hits whose rows are those of the flattened mesh."""
-
-    t: NDArray[np.floating]
-    triangle: NDArray[np.int32]
-    u: NDArray[np.floating]
-    v: NDArray[np.floating]
-    instance: NDArray[np.int32]
-
-
-def as_one_mesh(hits: bihtree.Hits, shown: Sequence[Triangles]) -> Flat:
+def as_one_mesh(hits: bihtree.Hits, shown: Sequence[Triangles]) -> Rows:
+    """The answers of a scene as those of one mesh, whose rows are those of the flattened mesh."""
     starts = np.cumsum([0] + [len(mesh.triangles) for mesh in shown], dtype=np.int32)
     assert (hits.triangle[hits.hit] < np.diff(starts)[hits.instance[hits.hit]]).all()
     rows = np.where(hits.hit, hits.triangle + starts[hits.instance], -1)
-    return Flat(hits.t, rows.astype(np.int32), hits.u, hits.v, np.where(hits.hit, 0, hits.instance).astype(np.int32))
+    return Rows(hits.t, rows.astype(np.int32), hits.u, hits.v, np.where(hits.hit, 0, hits.instance).astype(np.int32))
 
 
 def assert_scene_true(

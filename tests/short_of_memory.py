@@ -16,14 +16,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import bihtree
 import numpy as np
 from numpy.typing import NDArray
 
 from tests import meshes
-from tests.agreement import assert_answers, truth_of
+from tests.agreement import Rows, assert_answers, truth_of
 from tests.many_rays import BATCH, FEWER_RAYS, at_weak_places
 from tests.rays import Rays, around
 from tests.variants import FAST_VARIANTS, VARIANTS, Variant
@@ -75,16 +75,6 @@ def _built(variant: Variant, mesh: meshes.Triangles, _: bihtree.Tree) -> bihtree
     return variant.tree(*mesh)
 
 
-class Some(NamedTuple):
-    """Rows of answers."""
-
-    t: NDArray[np.floating]
-    triangle: NDArray[np.int32]
-    u: NDArray[np.floating]
-    v: NDArray[np.floating]
-    instance: NDArray[np.int32]
-
-
 @dataclass
 class Hard:
     """Rays that the oracle decides: what a new tree answers when it gets through has to be the truth."""
@@ -101,7 +91,7 @@ class Hard:
         every = BATCH // FEWER_RAYS
         found = self.answers
         weights = found.u[::every], found.v[::every]
-        some = Some(found.t[::every], found.triangle[::every], *weights, found.instance[::every])
+        some = Rows(found.t[::every], found.triangle[::every], *weights, found.instance[::every])
         rays = (part[::every] for part in self.rays)
         truth = truth_of(self.mesh, *rays, np.zeros(FEWER_RAYS), np.full(FEWER_RAYS, np.inf))
         assert_answers(some, truth, precision)

@@ -10,7 +10,7 @@ from ..pipeline.camera import CameraView
 from ..pipeline.errors import UserError
 from ..pipeline.scene import SceneData
 from ..pipeline.settings import Settings
-from .camera import camera_view
+from .camera import scene_view
 from .properties import settings_of
 from .scene_work import SceneWork
 from .trees import NO_TREE, TREES, OfBuiltTree, redraw, sources
@@ -66,9 +66,8 @@ def build_worker(scene: SceneData, view: CameraView | None, settings: Settings) 
 
 def look(depsgraph: bpy.types.Depsgraph) -> CameraView | None:
     """What the scene's camera sees; None where there is none that can be traced."""
-    camera = depsgraph.scene_eval.camera
     try:
-        return camera_view(camera, depsgraph, *LOOK) if camera else None
+        return scene_view(depsgraph, *LOOK)
     except UserError:
         return None
 

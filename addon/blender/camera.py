@@ -25,6 +25,12 @@ def camera_view(camera: bpy.types.Object, depsgraph: bpy.types.Depsgraph, width:
     return _view(projection, _without_scale(camera), width, height)
 
 
+def scene_view(depsgraph: bpy.types.Depsgraph, width: int, height: int) -> CameraView | None:
+    """What the scene's camera sees; None where there is none. Raises UserError as `camera_view` does."""
+    camera = depsgraph.scene_eval.camera
+    return camera_view(camera, depsgraph, width, height) if camera else None
+
+
 def viewport_view(region: bpy.types.Region, data: bpy.types.RegionView3D) -> CameraView:
     """What a viewport shows, also through the scene's camera: its lens, zoom, shift and clip range."""
     to_world = np.linalg.inv(np.array(data.view_matrix, np.float64))

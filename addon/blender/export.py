@@ -18,7 +18,7 @@ from ..pipeline.looks import Reading
 from ..pipeline.mesh import Mesh
 from ..pipeline.mesh_cache import MeshCache
 from ..pipeline.scene import LIGHT_DTYPE, OBJECT_DTYPE, SceneData
-from .camera import camera_view
+from .camera import scene_view
 from .faults import faults
 from .instance_matrices import Matrices
 from .lights import light_row
@@ -55,40 +55,31 @@ def scene_data(
     width: int,
     height: int,
     *,
-    meshes: MeshCache | None = None,
     reading: Reading | None = None,
-    progress: Progress | None = None,
 ) -> SceneData:
     """Everything that `depsgraph` shows, seen by its scene's camera in width x height pixels.
 
     Raises UserError for a camera that is not perspective or orthographic, and as `contents` does.
     """
-    camera = depsgraph.scene_eval.camera
-    view = camera_view(camera, depsgraph, width, height) if camera else None
-    return replace(contents(depsgraph, meshes=meshes, reading=reading, progress=progress), camera=view)
+    view = scene_view(depsgraph, width, height)
+    return replace(contents(depsgraph, reading=reading), camera=view)
 
 
 def contents(
     depsgraph: bpy.types.Depsgraph,
     *,
-    meshes: MeshCache | None = None,
-    space: bpy.types.SpaceView3D | None = None,
     reading: Reading | None = None,
     progress: Progress | None = None,
 ) -> SceneData:
-    """Everything that `depsgraph` shows, without a camera; in `space`, what that viewport shows.
+    """Everything that `depsgraph` shows, without a camera.
 
     Curves, surfaces, text, metaballs and the output of geometry nodes come out of `object_instances` as meshes, and
-    a mesh that several instances show is read once. Those that `meshes` has from before are not read again where
-    Blender has not evaluated them anew. `reading` says what of their looks is wanted; None: all. What cannot be traced
-    is named in `skipped`.
+    a mesh that several instances show is read once. `reading` says what of their looks is wanted; None: all. What
+    cannot be traced is named in `skipped`.
     Raises bihtree.Cancelled where `progress` returns False.
     """
-    export = Export(meshes=meshes, reading=reading)
-    with closing(export.steps(depsgraph, space)) as steps:
-        for share in steps:
-            if progress and progress("export", share) is False:
-                raise cancelled()
+    export = Export(reading=reading)
+    export.read_all(depsgraph, progress)
     return export.scene(depsgraph)
 
 
@@ -97,6 +88,7 @@ class Export:
 
     What iterates over instances is not valid from one call of Blender's to the next, so each part walks past those that
     are done; and to the end, because Blender 4.3 never frees 221 bytes an instance of a walk that is given up.
+    Meshes that `meshes` has from before are not read again where Blender has not evaluated them anew.
     """
 
     def __init__(self, *, meshes: MeshCache | None = None, reading: Reading | None = None) -> None:
@@ -127,6 +119,13 @@ class Export:
     def shown_count(self) -> int:
         """How many instances with triangles are read."""
         return len(self._shown)
+
+    def read_all(self, depsgraph: bpy.types.Depsgraph, progress: Progress | None = None) -> None:
+        """What is left. Raises bihtree.Cancelled where `progress` returns False, and as `steps` does."""
+        with closing(self.steps(depsgraph)) as steps:
+            for share in steps:
+                if progress and progress("export", share) is False:
+                    raise _cancelled()
 
     def read(self, depsgraph: bpy.types.Depsgraph, space: bpy.types.SpaceView3D | None, *, seconds: float) -> bool:
         """Read for so long, and a little longer; whether all is read."""
@@ -263,7 +262,7 @@ class _Meshes:
         return len(self.meshes) - 1
 
 
-def cancelled() -> Exception:
+def _cancelled() -> Exception:
     """bihtree may be missing, and the engine says so; this file is read all the same."""
     from bihtree import Cancelled
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import closing
 from dataclasses import replace
 from time import perf_counter
 from typing import Any
@@ -19,8 +18,8 @@ from ..pipeline.instance_bounds import BoundsPicture
 from ..pipeline.looks import Reading
 from ..pipeline.mesh_cache import MeshCache
 from ..pipeline.tree_cache import TreeCache
-from .camera import camera_view
-from .export import MANY, Export, cancelled
+from .camera import scene_view
+from .export import MANY, Export
 from .passes import blender_passes, wanted_passes
 from .properties import settings_of
 
@@ -56,16 +55,18 @@ def render(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph, kept:
     settings = replace(settings, passes=wanted_passes(layer, settings.passes), parts=parts)
     progress = Progress(engine)
     started = perf_counter()
-    camera = depsgraph.scene_eval.camera
-    view = camera_view(camera, depsgraph, engine.resolution_x, engine.resolution_y) if camera else None
+    view = scene_view(depsgraph, engine.resolution_x, engine.resolution_y)
     area = border(render, engine.resolution_x, engine.resolution_y)
     export = Export(meshes=kept.meshes, reading=Reading.of(settings, settings.passes))
     bounds = Bounds(engine, layer.name, view.part(area) if view else None)
-    with closing(export.steps(depsgraph)) as steps:
-        for share in steps:
-            if not progress("export", share):
-                raise cancelled()
+
+    def read(stage: str, share: float) -> bool:
+        goes_on = progress(stage, share)
+        if goes_on:
             bounds.show(export)
+        return goes_on
+
+    export.read_all(depsgraph, read)
     bounds.show(export, is_last=True)
     scene = replace(export.scene(depsgraph), camera=view)
     if scene.skipped:

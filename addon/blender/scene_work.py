@@ -8,7 +8,7 @@ from typing import Any
 import bpy
 
 from ..pipeline.scene import SceneData
-from .camera import camera_view, picture_size
+from .camera import picture_size, scene_view
 from .export import MANY, Export
 from .modal_work import ModalWork
 from .trees import TREES, redraw
@@ -38,10 +38,7 @@ class SceneWork(ModalWork):
             redraw(context)
 
     def scene_read(self, context: bpy.types.Context, *, with_camera: bool = False) -> SceneData:
-        """What is read; with the scene's camera where that is wanted. Raises UserError as `camera_view` does."""
+        """What is read; with the scene's camera where that is wanted. Raises UserError as `scene_view` does."""
         depsgraph = context.evaluated_depsgraph_get()
         scene: SceneData = self._export.scene(depsgraph)
-        camera = depsgraph.scene_eval.camera if with_camera else None
-        if camera is None:
-            return scene
-        return replace(scene, camera=camera_view(camera, depsgraph, *picture_size(context.scene)))
+        return replace(scene, camera=scene_view(depsgraph, *picture_size(context.scene))) if with_camera else scene

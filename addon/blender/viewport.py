@@ -24,14 +24,14 @@ from ..pipeline.session import Session
 from ..pipeline.settings import Settings
 from .camera import check_not_panoramic, viewport_border, viewport_view
 from .export import Export
-from .modal_work import time_left
+from .modal_work import SLICE, time_left
 from .properties import settings_of
 
 TICK = 0.02
 """Seconds between two looks for a new picture."""
 
-SLICE, LONGEST_SLICE = 0.1, 1.0
-"""Seconds of reading at a redraw: then the window goes on."""
+LONGEST_SLICE = 1.0
+"""Seconds of reading at a redraw, at most."""
 
 PATIENCE = 0.03
 """Seconds that a redraw waits for the first picture of what has changed: it follows the mouse, and nobody feels it."""

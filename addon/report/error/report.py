@@ -61,9 +61,9 @@ def measured(subject: Subject, options: Options, methods: Sequence[Method], told
         if "hits" in options.sections:
             hits.measure(results.hits, subject, methods, options.rays, options.rounds, options.patience, progress)
             ours = results.hits.row(WATERTIGHT)
-            for part in ("image", "left out") if ours and ours.every > 1 else ():
-                # Pictures will be as long as they may.
-                progress.expect_later(part, PATIENT * options.patience)
+            if ours and ours.every > 1:  # pictures will take as long as they may
+                progress.expect_later("image", PATIENT * options.patience)
+                progress.expect_later("left out", PATIENT * options.patience)
         if "image" in options.sections:
             image_error.measure(
                 results.image, subject, options.width, options.samples, options.rounds, options.patience, progress
